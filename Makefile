@@ -1,0 +1,96 @@
+# Every job of this repository is one command; `make` lists them.
+# They need Python 3.11 or newer, make and a package index. Everything else goes into .venv.
+
+PYTHON ?= python3
+VENV   ?= .venv
+ARGS   ?=
+
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check --no-input
+
+MADE    := $(VENV)/.made
+RUNTIME := $(VENV)/.runtime
+DEV     := $(VENV)/.dev
+
+.DEFAULT_GOAL := help
+.PHONY: help paper test lint format bench coverage lock clean distclean
+
+help: ## this list
+	@echo 'usage: make JOB [PYTHON=python3.13] [ARGS="..."]'
+	@echo
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+
+paper: $(RUNTIME) ## every figure and number of the paper, into paper-figures/ (ARGS="--only 5" for one)
+	$(BIN)/darboux paper $(ARGS)
+
+test: export MPLBACKEND = Agg
+test: $(DEV) ## the tests (ARGS="-k elastica" for some)
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: $(DEV) ## style, format, types, and the direction of imports
+	$(BIN)/python -m ruff check
+	$(BIN)/python -m ruff format --check
+	$(BIN)/python -m mypy
+	$(BIN)/lint-imports --no-logo
+
+format: $(DEV) ## put the source into its form
+	$(BIN)/python -m ruff check --fix
+	$(BIN)/python -m ruff format
+
+# One core, so that the ratios mean the same everywhere.
+bench: export OMP_NUM_THREADS = 1
+bench: export OPENBLAS_NUM_THREADS = 1
+bench: export MKL_NUM_THREADS = 1
+bench: export NUMBA_NUM_THREADS = 1
+bench: $(DEV) ## the benchmarks, against SciPy and PyElastica
+	$(BIN)/python benchmarks/run.py $(ARGS)
+
+# Kernels run uncompiled here, so that their lines are counted: slow.
+coverage: export MPLBACKEND = Agg
+coverage: export NUMBA_DISABLE_JIT = 1
+coverage: $(DEV) ## the tests on uncompiled kernels, with the lines they reach (slow)
+	$(BIN)/python -m coverage erase
+	$(BIN)/python -m coverage run -m pytest $(ARGS)
+	$(BIN)/python -m coverage combine
+	$(BIN)/python -m coverage report
+
+# Environment variables of the caller's own index or settings do not reach the lock.
+LOCK = .venv-lock/bin/uv --no-config --quiet pip compile --universal --python-version 3.11 --upgrade --generate-hashes \
+	--no-emit-index-url --no-emit-find-links --no-annotate --custom-compile-command "make lock" --group build pyproject.toml
+lock: ## choose the locked versions anew (needs uv from the package index)
+	'$(PYTHON)' -m venv .venv-lock
+	.venv-lock/bin/python -m pip --quiet --disable-pip-version-check install uv
+	$(LOCK) --extra dev --extra bench --output-file requirements-dev.txt
+	$(LOCK) --constraints requirements-dev.txt --output-file requirements.txt
+
+clean: ## remove what the jobs made, but for the environment
+	rm -rf build dist paper-figures .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage .coverage.*
+	find $(wildcard src tests benchmarks examples) -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean ## remove the environment too
+	rm -rf $(VENV) .venv-lock
+
+# ---------------------------------------------------------------------------------------- environment
+# Each stamp says: so far installed. A second call finds the stamp and installs nothing.
+
+$(MADE):
+	@command -v '$(PYTHON)' > /dev/null 2>&1 || { \
+	  echo "darboux needs Python 3.11 or newer, but there is no '$(PYTHON)' here: install it, or name another by make PYTHON=/path/to/python." >&2; exit 1; }
+	@'$(PYTHON)' -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "darboux needs Python 3.11 or newer, but '$(PYTHON)' is $$('$(PYTHON)' -c 'import platform; print(platform.python_version())'): name a newer one by make PYTHON=/path/to/python." >&2; exit 1; }
+	@'$(PYTHON)' -c 'import ensurepip, venv' > /dev/null 2>&1 || { \
+	  echo "'$(PYTHON)' cannot make environments: install its venv module (on Debian and Ubuntu: sudo apt install python3-venv), then try again." >&2; exit 1; }
+	@echo "making $(VENV) ..."
+	@'$(PYTHON)' -m venv $(VENV)
+	@touch $@
+
+$(RUNTIME): $(MADE) requirements.txt pyproject.toml
+	@echo "installing darboux and what it needs into $(VENV) (a minute or so, once) ..."
+	@$(PIP) install --require-hashes --requirement requirements.txt
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(DEV): $(RUNTIME) requirements-dev.txt
+	@echo "installing the tools of development into $(VENV) (once) ..."
+	@$(PIP) install --require-hashes --requirement requirements-dev.txt
+	@touch $@

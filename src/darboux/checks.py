@@ -1,0 +1,180 @@
+"""Validation at the boundary: each check returns the clean value or raises ``InvalidInput`` in one sentence."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import functools
+import inspect
+import math
+from collections.abc import Callable, Iterable
+from typing import Any, ParamSpec, TypeVar, dataclass_transform
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.errors import InvalidInput
+
+Vector = tuple[float, float, float]
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def shown(value: object) -> str:
+    """Return a value as a person would read it back: short, numbers without type names."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def with_unit(value: object, unit: str) -> str:
+    return f"{shown(value)} {unit}".rstrip()
+
+
+def number(field: str, value: object, unit: str = "") -> float:
+    """Return a finite float, or say that ``field`` must be one."""
+    if isinstance(value, bool | str | bytes) or value is None:
+        raise InvalidInput(f"{field} is {shown(value)}; it must be a number{in_unit(unit)}.")
+    try:
+        result = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{field} is {shown(value)}; it must be a single number{in_unit(unit)}.") from None
+    if not math.isfinite(result):
+        raise InvalidInput(f"{field} is {with_unit(value, unit)}; it must be a finite number.")
+    return result
+
+
+def in_unit(unit: str) -> str:
+    return f" in {unit}" if unit else ""
+
+
+def positive(field: str, value: object, unit: str = "") -> float:
+    """Return a finite float above zero; a negative one gets a suggestion."""
+    result = number(field, value, unit)
+    if result <= 0.0:
+        hint = f" Did you mean {-result:g}?" if result < 0.0 else ""
+        raise InvalidInput(f"{field} is {with_unit(value, unit)}; it must be positive.{hint}")
+    return result
+
+
+def not_negative(field: str, value: object, unit: str = "") -> float:
+    result = number(field, value, unit)
+    if result < 0.0:
+        raise InvalidInput(f"{field} is {with_unit(value, unit)}; it must not be negative. Did you mean {-result:g}?")
+    return result
+
+
+def whole(field: str, value: object, least: int) -> int:
+    """Return an int of at least ``least``."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise InvalidInput(f"{field} is {shown(value)}; it must be a whole number, {least} or more.")
+    if value < least:
+        raise InvalidInput(f"{field} is {shown(value)}; it must be {least} or more.")
+    return int(value)
+
+
+def choice(field: str, value: object, allowed: Iterable[str]) -> str:
+    """Return one of the allowed words, or suggest the nearest."""
+    words = list(allowed)
+    if isinstance(value, str) and value in words:
+        return value
+    near = difflib.get_close_matches(str(value), words, n=1)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    raise InvalidInput(f"{field} is {shown(value)}; allowed are {', '.join(map(repr, words))}.{hint}")
+
+
+def array(field: str, value: object, shape: tuple[int, ...], unit: str = "") -> NDArray[np.float64]:
+    """Return a new float array of the given shape with finite entries; the caller's array is never kept."""
+    words = " x ".join(map(str, shape))
+    try:
+        result = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{field} is {shown(value)}; it must be {words} numbers{in_unit(unit)}.") from None
+    if result.shape != shape:
+        came = " x ".join(map(str, result.shape)) or "a single number"
+        raise InvalidInput(f"{field} has the shape {came}; it must be {words} numbers{in_unit(unit)}.")
+    if not np.all(np.isfinite(result)):
+        raise InvalidInput(f"{field} is {with_unit(value, unit)}; every component must be a finite number.")
+    return result
+
+
+def vector(field: str, value: object, unit: str = "") -> Vector:
+    """Return three finite floats as a tuple, so that descriptions stay frozen and hashable."""
+    x, y, z = array(field, value, (3,), unit).tolist()
+    return (x, y, z)
+
+
+def direction(field: str, value: object) -> Vector:
+    """Return a unit vector along ``value``."""
+    raw = array(field, value, (3,))
+    length = float(np.linalg.norm(raw))
+    if length < 1e-150:
+        raise InvalidInput(f"{field} is {shown(value)}; a direction must have a length above zero.")
+    x, y, z = (raw / length).tolist()
+    return (x, y, z)
+
+
+def rotation(field: str, value: object) -> NDArray[np.float64]:
+    """Return a right-handed orthonormal 3 x 3 frame whose columns are d1, d2, d3."""
+    matrix = array(field, value, (3, 3))
+    fault = float(np.max(np.abs(matrix.T @ matrix - np.eye(3))))
+    if fault > 1e-6:
+        raise InvalidInput(
+            f"{field} is not orthonormal (off by {fault:.2g}); its columns d1, d2, d3 must be unit vectors at right angles."
+        )
+    if np.linalg.det(matrix) < 0.0:
+        raise InvalidInput(f"{field} is left-handed; darboux uses d3 = d1 x d2. Flip the sign of its second column.")
+    left, _, right = np.linalg.svd(matrix)
+    return np.asarray(left @ right)  # the nearest exact rotation
+
+
+def instance(field: str, value: object, kind: type | tuple[type, ...], allowed: str) -> Any:
+    if not isinstance(value, kind):
+        raise InvalidInput(f"{field} is {shown(value)}; it must be {allowed}.")
+    return value
+
+
+def at_path(path: str) -> Callable[[InvalidInput], InvalidInput]:
+    """Return a function that puts the owner's name before the field of a complaint: ``radius`` to ``rod.section.radius``."""
+    return lambda complaint: InvalidInput(f"{path}.{complaint}")
+
+
+def checked_call(function: Callable[P, T], name: str = "") -> Callable[P, T]:
+    """Let a call with unknown, missing or doubled arguments raise ``InvalidInput`` with the nearest right name."""
+    signature = inspect.signature(function)
+    names = [p for p in signature.parameters if p != "self"]
+    title = name or function.__name__
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            signature.bind(*args, **kwargs)
+        except TypeError as error:
+            unknown = [key for key in kwargs if key not in names]
+            if unknown:
+                near = difflib.get_close_matches(unknown[0], names, n=1)
+                hint = f" Did you mean {near[0]}?" if near else ""
+                raise InvalidInput(
+                    f"{title} has no argument {unknown[0]!r}; it takes {', '.join(names) or 'none'}.{hint}"
+                ) from None
+            raise InvalidInput(f"{title}: {error}; it takes {', '.join(names) or 'no arguments'}.") from None
+        return function(*args, **kwargs)
+
+    return call
+
+
+@dataclass_transform(frozen_default=True)
+def description(cls: type[T]) -> type[T]:
+    """Make a class a frozen value (compared, hashed and copied by its fields) that refuses unknown keywords in words."""
+    frozen = dataclasses.dataclass(frozen=True)(cls)
+    frozen.__init__ = checked_call(frozen.__init__, cls.__name__)  # type: ignore[misc]
+    return frozen
+
+
+def assign(owner: object, **values: object) -> None:
+    """Store cleaned values in a frozen description while it is being made."""
+    for name, value in values.items():
+        object.__setattr__(owner, name, value)

@@ -1,0 +1,70 @@
+"""Rotations as unit quaternions (scalar first) and as frames R = [d1 d2 d3]."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def matrix_of_quaternion(q: Array) -> Array:
+    """Return R(q) / |q|^2 for q (..., 4): (..., 3, 3), columns d1, d2, d3. Scale-free: |q| need not be 1."""
+    w, x, y, z = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternion_of_matrix(R: Array) -> Array:
+    """Return the unit quaternion of R (..., 3, 3): (..., 4), of either sign, exact to rounding at every angle.
+
+    The largest of w^2, x^2, y^2, z^2 is taken from the diagonal and divides the rest (S. W. Shepperd, J. Guidance and
+    Control 1 (1978) 223).
+    """
+    d0, d1, d2 = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
+    squares = 1.0 + np.stack([d0 + d1 + d2, d0 - d1 - d2, d1 - d0 - d2, d2 - d0 - d1], axis=-1)  # 4 w^2, 4 x^2, ...
+    differences = [R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]]  # 4 w x, ...
+    xy, xz, yz = (R[..., i, j] + R[..., j, i] for i, j in ((0, 1), (0, 2), (1, 2)))  # 4 x y, ...
+    wx, wy, wz = differences
+    products = np.stack(
+        [
+            np.stack([squares[..., 0], wx, wy, wz], axis=-1),
+            np.stack([wx, squares[..., 1], xy, xz], axis=-1),
+            np.stack([wy, xy, squares[..., 2], yz], axis=-1),
+            np.stack([wz, xz, yz, squares[..., 3]], axis=-1),
+        ],
+        axis=-2,
+    )
+    largest = np.argmax(squares, axis=-1)
+    q = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
+def same_sign(q: Array) -> Array:
+    """Return the quaternions q (n, 4) with signs chosen so that neighbours lie on the same side."""
+    signs = np.ones(len(q))
+    signs[1:] = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0.0, -1.0, 1.0)
+    return q * np.cumprod(signs)[:, None]
+
+
+def product(p: Array, q: Array) -> Array:
+    """Return the product of quaternions p q (..., 4): first the turn q, then p."""
+    w = p[..., 0] * q[..., 0] - np.sum(p[..., 1:] * q[..., 1:], axis=-1)
+    v = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
+    return np.concatenate([w[..., None], v], axis=-1)
+
+
+def between(q0: Array, q1: Array, part: float) -> Array:
+    """Return the unit quaternion at ``part`` of the shortest way from q0 (4,) to q1 (4,)."""
+    cosine = float(q0 @ q1)
+    if cosine < 0.0:
+        q1, cosine = -q1, -cosine
+    sine = float(np.linalg.norm(q1 - cosine * q0))
+    angle = float(np.arctan2(sine, cosine))
+    if angle < 1e-8:  # the two weights below tend to 1 - part and part
+        return np.asarray((1.0 - part) * q0 + part * q1)
+    return np.asarray((np.sin((1.0 - part) * angle) * q0 + np.sin(part * angle) * q1) / np.sin(angle))

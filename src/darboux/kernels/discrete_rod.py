@@ -1,0 +1,600 @@
+"""Discrete elastic rods: energy, gradient and exact Hessian, in units that the caller made dimensionless.
+
+A rod of N edges has the vertices x_0 ... x_N. Edge j lies between x_{j-1} and x_j, j = 1 ... N; it carries the
+directors d1, d2 and its tangent t = d1 x d2. Two ghost edges, 0 and N + 1, are the fixed frames of clamps at the end
+vertices. Where two edges meet at vertex i, a in front of it and b behind, a spring resists the strains
+
+    kappa1 = (a.b2 - b.a2) / chi      kappa2 = (b.a1 - a.b1) / chi      chi = 1 + a.b
+    m      = atan2(b1.a2 - b2.a1, a1.b1 + a2.b2) + 2 pi w
+    E_i    = 1/2 (kappa - kappa0).B/V (kappa - kappa0)         kappa = (kappa1, kappa2, m)
+
+with V the length of rod that belongs to the vertex (half a cell at a clamp, which makes the clamp second order), and
+w the whole turns that keep m next to its last value. Edges stretch, and vertices carry affine loads:
+
+    E_j = (EA eps^2 / 2 + T eps) l       eps = |x_j - x_{j-1}| / l - 1
+    E_i = -(f.x_i + x_i.C x_i / 2)
+
+The unknowns are packed x_0, theta_1, x_1, theta_2, ..., x_N, so that vertex i is at 4 i, the angle of edge j at
+4 j - 1, and the Hessian is a band of half-bandwidth 10 (see band.py).
+
+The chart: a step (dx, theta) carries each edge's directors from the old tangent to the new by parallel transport in
+time, then turns them by theta about the new tangent. Derivatives are taken at the step 0, and the state moves along
+with each accepted step (`advance`). They are exact in this chart, holonomy included.
+
+Notation of the derivatives: w_a is a change of the unit tangent a (perpendicular to it), e_a one of the edge vector,
+P_a = I - a a^T, and a hat (A, B in the code) divides by the edge's length. A spring sees the eight unknowns
+(e_a, theta_a, e_b, theta_b), and the eleven (x_-, theta_a, x, theta_b, x_+), neighbours in the packed order.
+
+Sources: M. Bergou et al., Discrete elastic rods, ACM Trans. Graph. 27 (2008) 63; Discrete viscous threads, ibid. 29
+(2010) 116, for the model, the transport in time and the first derivatives. The second derivatives are derived here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels.band import FULL, LOWER, REACH
+from darboux.kernels.jit import inline, jit
+
+Array = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+# The workspace of one spring: 8 numbers for each of these, then its Hessian, 8 rows of 11.
+KAPPA1, KAPPA2, TWIST, CHI, PHI, SIGMA, BLOCK = 0, 8, 16, 24, 32, 40, 48
+ROW = 11
+WORK = BLOCK + 8 * ROW
+
+FOLDED = 1e-12  # chi below this: the tangents are antiparallel up to rounding, and the curvature is infinite
+
+
+class State(NamedTuple):
+    """Where a rod is. Edges count from the ghost 0 to the ghost N + 1."""
+
+    x: Array  # (3 (N + 1)) vertices
+    t: Array  # (3 (N + 2)) tangents of the edges
+    d1: Array  # (3 (N + 2)) first directors of the edges
+    m: Array  # (N + 1) last known twist at each vertex, which decides whole turns
+
+
+class Elasticity(NamedTuple):
+    """What resists. Numbers of a symmetric matrix come in the order 11, 22, 33, 23, 13, 12."""
+
+    B: Array  # (6 (N + 1)) bending and twisting stiffness over the vertex's length, B / V
+    kappa0: Array  # (3 (N + 1)) natural strain at each vertex, integrated over V
+    l: Array  # (N) rest lengths of the edges 1 ... N
+    EA: Array  # (N) stretching stiffness, or penalty of an inextensible rod
+    T: Array  # (N) tension at the rest length, or multiplier of an inextensible rod
+    first: int  # vertex of the first spring: 0 with a clamp in front, else 1
+    stop: int  # one past the vertex of the last spring: N + 1 with a clamp behind, else N
+
+
+class Loads(NamedTuple):
+    """Dead forces f + C x on the vertices."""
+
+    f: Array  # (3 (N + 1))
+    C: Array  # (6 (N + 1)) symmetric, in the order 11, 22, 33, 23, 13, 12
+
+
+# Vectors are tuples of three numbers: the compiler keeps them in registers.
+
+
+@inline
+def load(v: Array, o: int) -> Vector:
+    """Read the vector at v[o:]."""
+    return v[o], v[o + 1], v[o + 2]
+
+
+@inline
+def store(v: Array, o: int, u: Vector) -> None:
+    """Write the vector at v[o:]."""
+    v[o], v[o + 1], v[o + 2] = u
+
+
+@inline
+def add(v: Array, o: int, u: Vector) -> None:
+    """v[o:] += u"""
+    v[o] += u[0]
+    v[o + 1] += u[1]
+    v[o + 2] += u[2]
+
+
+@inline
+def dot(u: Vector, v: Vector) -> float:
+    """u.v"""
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@inline
+def cross(u: Vector, v: Vector) -> Vector:
+    """u x v"""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+@inline
+def scaled(s: float, u: Vector) -> Vector:
+    """s u"""
+    return s * u[0], s * u[1], s * u[2]
+
+
+@inline
+def mix(s: float, u: Vector, r: float, v: Vector) -> Vector:
+    """s u + r v"""
+    return s * u[0] + r * v[0], s * u[1] + r * v[1], s * u[2] + r * v[2]
+
+
+@inline
+def across(t: Vector, u: Vector) -> Vector:
+    """P_t u = u - (t.u) t"""
+    return mix(1.0, u, -dot(t, u), t)
+
+
+@inline
+def times(S: Array, o: int, u: Vector) -> Vector:
+    """S u, of the symmetric S at S[o:] in the order 11, 22, 33, 23, 13, 12."""
+    return (
+        S[o] * u[0] + S[o + 5] * u[1] + S[o + 4] * u[2],
+        S[o + 5] * u[0] + S[o + 1] * u[1] + S[o + 3] * u[2],
+        S[o + 4] * u[0] + S[o + 3] * u[1] + S[o + 2] * u[2],
+    )
+
+
+# Frames
+
+
+@inline
+def edge(x: Array, j: int) -> Vector:
+    """e_j = x_j - x_{j-1}"""
+    return mix(1.0, load(x, 3 * j), -1.0, load(x, 3 * j - 3))
+
+
+@inline
+def length(x: Array, j: int, edges: int) -> float:
+    """|e_j|; infinite for a ghost, so that no step of a vertex turns it."""
+    if j < 1 or j > edges:
+        return np.inf
+    e = edge(x, j)
+    return math.sqrt(dot(e, e))
+
+
+@inline
+def unit(u: Vector) -> Vector:
+    """u / |u|"""
+    return scaled(1.0 / math.sqrt(dot(u, u)), u)
+
+
+@inline
+def transported(d: Vector, t: Vector, new: Vector) -> Vector:
+    """d - (d.t') (t + t') / (1 + t.t'): the least rotation that takes t to t', applied to d across t."""
+    s = -dot(d, new) / (1.0 + dot(t, new))
+    return mix(1.0, d, s, mix(1.0, t, 1.0, new))
+
+
+@jit
+def advance(old: State, step: Array, scale: float, new: State) -> None:
+    """Move a rod by `scale` times a packed step: d1' = cos(theta) P d1 + sin(theta) t' x P d1, P the transport.
+
+    Everything of `new` is written but its twists m, which `strains` does. A step that turns an edge exactly round, or
+    shrinks it to nothing, leaves NaN in its frame, and `energy` calls that infinite.
+    """
+    x, t, d1, _ = old
+    new_x, new_t, new_d1, _ = new
+    edges = x.size // 3 - 1
+    for i in range(edges + 1):
+        store(new_x, 3 * i, mix(1.0, load(x, 3 * i), scale, load(step, 4 * i)))
+    for j in (0, edges + 1):
+        store(new_t, 3 * j, load(t, 3 * j))
+        store(new_d1, 3 * j, load(d1, 3 * j))
+    for j in range(1, edges + 1):
+        tangent = unit(edge(new_x, j))
+        director = unit(across(tangent, transported(load(d1, 3 * j), load(t, 3 * j), tangent)))
+        theta = scale * step[4 * j - 1]
+        store(new_t, 3 * j, tangent)
+        store(new_d1, 3 * j, mix(math.cos(theta), director, math.sin(theta), cross(tangent, director)))
+
+
+# Strains and energy
+
+
+@inline
+def strain(t: Array, d1: Array, m: Array, i: int) -> Vector:
+    """kappa = ((a.b2 - b.a2) / chi, (b.a1 - a.b1) / chi, m) at vertex i; infinite where the rod folds on itself."""
+    a, a1 = load(t, 3 * i), load(d1, 3 * i)
+    b, b1 = load(t, 3 * i + 3), load(d1, 3 * i + 3)
+    a2, b2 = cross(a, a1), cross(b, b1)
+    chi = 1.0 + dot(a, b)
+    if chi < FOLDED:
+        return np.inf, np.inf, m[i]
+    angle = math.atan2(dot(b1, a2) - dot(b2, a1), dot(a1, b1) + dot(a2, b2))
+    turns = np.rint((m[i] - angle) / (2.0 * math.pi))
+    return (dot(a, b2) - dot(b, a2)) / chi, (dot(b, a1) - dot(a, b1)) / chi, angle + 2.0 * math.pi * turns
+
+
+@jit
+def strains(state: State, first: int, stop: int, kappa: Array) -> None:
+    """The strain of every spring into kappa (3 (N + 1)), 0 where there is none; the twists also into the state."""
+    _, t, d1, m = state
+    kappa[:] = 0.0
+    for i in range(first, stop):
+        k = strain(t, d1, m, i)
+        store(kappa, 3 * i, k)
+        m[i] = k[2]
+
+
+@inline
+def load_energy(x: Array, f: Array, C: Array, i: int) -> float:
+    """E_i = -(f.x_i + x_i.C x_i / 2)"""
+    u = load(x, 3 * i)
+    return -dot(mix(1.0, load(f, 3 * i), 0.5, times(C, 6 * i, u)), u)
+
+
+@jit
+def energy(state: State, rod: Elasticity, loads: Loads, parts: Array) -> float:
+    """The energy, also split by what works: bending, twist, stretching, loads (4 numbers into `parts`).
+
+    A coupling of bending and twist is shared half and half. Where the rod folds on itself or a frame is lost the
+    energy is +inf, never NaN.
+    """
+    x, t, d1, m = state
+    B, kappa0, l, EA, T, first, stop = rod
+    f, C = loads
+    parts[:] = 0.0
+    edges = l.size
+    for i in range(first, stop):
+        s = mix(1.0, strain(t, d1, m, i), -1.0, load(kappa0, 3 * i))
+        mu = times(B, 6 * i, s)
+        parts[0] += 0.5 * (mu[0] * s[0] + mu[1] * s[1])
+        parts[1] += 0.5 * mu[2] * s[2]
+    for j in range(1, edges + 1):
+        eps = length(x, j, edges) / l[j - 1] - 1.0
+        parts[2] += (0.5 * EA[j - 1] * eps + T[j - 1]) * eps * l[j - 1]
+    for i in range(edges + 1):
+        parts[3] += load_energy(x, f, C, i)
+    total: float = parts[0] + parts[1] + parts[2] + parts[3]
+    return np.inf if math.isnan(total) else total
+
+
+# First derivatives of a spring
+
+
+@inline
+def strain_gradients(work: Array, k: Vector, a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float) -> None:
+    """The gradients of kappa1, kappa2, m and chi by (e_a, theta_a, e_b, theta_b) into the workspace.
+
+    d kappa1 = ( w_a.(b2 + c a2 - kappa1 b) - w_b.(a2 + c b2 + kappa1 a) + theta_a b.a1 - theta_b a.b1) / chi
+    d kappa2 = (-w_a.(b1 + c a1 + kappa2 b) + w_b.(a1 + c b1 - kappa2 a) + theta_a b.a2 - theta_b a.b2) / chi
+    d m      = kb.(w_a + w_b) / 2 + theta_b - theta_a               kb = 2 a x b / chi, c = a.b
+    d chi    = w_a.b + w_b.a                                        w = P e / |e| = r P e
+    """
+    a2, b2, c = cross(a, a1), cross(b, b1), dot(a, b)
+    chi = 1.0 + c
+    half_kb = scaled(1.0 / chi, cross(a, b))
+    store(work, KAPPA1, scaled(ra / chi, across(a, mix(1.0, mix(1.0, b2, c, a2), -k[0], b))))
+    store(work, KAPPA1 + 4, scaled(-rb / chi, across(b, mix(1.0, mix(1.0, a2, c, b2), k[0], a))))
+    store(work, KAPPA2, scaled(-ra / chi, across(a, mix(1.0, mix(1.0, b1, c, a1), k[1], b))))
+    store(work, KAPPA2 + 4, scaled(rb / chi, across(b, mix(1.0, mix(1.0, a1, c, b1), -k[1], a))))
+    store(work, TWIST, scaled(ra, half_kb))
+    store(work, TWIST + 4, scaled(rb, half_kb))
+    store(work, CHI, scaled(ra, across(a, b)))
+    store(work, CHI + 4, scaled(rb, across(b, a)))
+    work[KAPPA1 + 3], work[KAPPA1 + 7] = dot(b, a1) / chi, -dot(a, b1) / chi
+    work[KAPPA2 + 3], work[KAPPA2 + 7] = dot(b, a2) / chi, -dot(a, b2) / chi
+    work[TWIST + 3], work[TWIST + 7] = -1.0, 1.0
+    work[CHI + 3], work[CHI + 7] = 0.0, 0.0
+
+
+@inline
+def spring_gradient(work: Array, mu: Vector) -> None:
+    """phi = mu1 grad kappa1 + mu2 grad kappa2 + mu3 grad m, into the workspace."""
+    for p in range(8):
+        work[PHI + p] = mu[0] * work[KAPPA1 + p] + mu[1] * work[KAPPA2 + p] + mu[2] * work[TWIST + p]
+
+
+@inline
+def add_spring_gradient(gradient: Array, work: Array, i: int, edges: int) -> None:
+    """phi by edges to the gradient by vertices: e_a = x - x_-, e_b = x_+ - x."""
+    o = 4 * i
+    if i > 0:
+        for p in range(3):
+            gradient[o - 4 + p] -= work[PHI + p]
+        gradient[o - 1] += work[PHI + 3]
+    for p in range(3):
+        gradient[o + p] += work[PHI + p] - work[PHI + 4 + p]
+    if i < edges:
+        gradient[o + 3] += work[PHI + 7]
+        for p in range(3):
+            gradient[o + 4 + p] += work[PHI + 4 + p]
+
+
+# Second derivatives of a spring
+#
+# With Av = mu1 a2 - mu2 a1, Bv = mu1 b2 - mu2 b1, psi = mu1 kappa1 + mu2 kappa2 = (a.Bv - b.Av) / chi, A = Av / |a| and
+# B = Bv / |b|, the Hessian of the spring's energy by (e_a, theta_a, e_b, theta_b) is
+#
+#     sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - (sigma chi'^T + chi' sigma^T) / chi + remainder
+#     sigma = mu1 grad kappa1 + mu2 grad kappa2 + (mu3 kb/4|a| - A/2, 0, mu3 kb/4|b| + B/2, 0)
+#
+# and the remainder is short (`add_diagonal`, `add_coupling`, `add_angles`). To derive it, expand a -> a + w - |w|^2 a/2
+# and, transported, Av -> Av - (Av.w) a - (Av.w) w/2, and w = P e/|e| - (t.e) P e/|e|^2, to second order.
+
+
+@inline
+def spring_products(work: Array, stiffness: Array, o: int, chi: float, mu: Vector, A: Vector, B: Vector) -> None:
+    """sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - (sigma chi'^T + chi' sigma^T) / chi, into the Hessian."""
+    for p in range(8):
+        work[SIGMA + p] = mu[0] * work[KAPPA1 + p] + mu[1] * work[KAPPA2 + p]
+    for p in range(3):
+        work[SIGMA + p] += 0.5 * mu[2] * work[TWIST + p]
+        work[SIGMA + 4 + p] += 0.5 * mu[2] * work[TWIST + 4 + p]
+    add(work, SIGMA, scaled(-0.5, A))
+    add(work, SIGMA + 4, scaled(0.5, B))
+    for p in range(8):
+        y = times(stiffness, o, (work[KAPPA1 + p], work[KAPPA2 + p], work[TWIST + p]))
+        s, x = work[SIGMA + p] / chi, work[CHI + p] / chi
+        for q in range(8):
+            bend = y[0] * work[KAPPA1 + q] + y[1] * work[KAPPA2 + q] + y[2] * work[TWIST + q]
+            work[BLOCK + ROW * p + q] = bend - s * work[CHI + q] - x * work[SIGMA + q]
+
+
+@inline
+def add_outer(work: Array, o: int, u: Vector, v: Vector) -> None:
+    """H += u v^T, H the 3 x 3 block at work[o:]."""
+    add(work, o, scaled(u[0], v))
+    add(work, o + ROW, scaled(u[1], v))
+    add(work, o + 2 * ROW, scaled(u[2], v))
+
+
+@inline
+def add_diagonal(work: Array, o: int, phi: Vector, s: float, t: Vector, r: float) -> None:
+    """H_aa += s P_a / |a|^2 - (phi_a a^T + a phi_a^T) / |a|, s = (psi c - a.Bv) / chi or, behind, (psi c + b.Av) / chi.
+
+    The second part is the Hessian's share in every function of direction alone.
+    """
+    half = mix(-r, phi, -0.5 * s * r * r, t)
+    add_outer(work, o, half, t)
+    add_outer(work, o, t, half)
+    for p in range(3):
+        work[o + (ROW + 1) * p] += s * r * r
+
+
+@inline
+def add_coupling(
+    work: Array, psi: float, twist: float, a: Vector, A: Vector, ra: float, b: Vector, B: Vector, rb: float
+) -> None:
+    """H_ab += (A chi_b'^T - chi_a' B^T) / 2 chi + P_a ([mu3 (a + b) / 2]_x - psi I) P_b / (chi |a||b|)."""
+    o = BLOCK + 4
+    c = dot(a, b)
+    half, s = 0.5 / (1.0 + c), ra * rb / (1.0 + c)
+    nu, psi = 0.5 * s * twist, s * psi
+    add_outer(work, o, scaled(half, A), load(work, CHI + 4))
+    add_outer(work, o, load(work, CHI), scaled(-half, B))
+    turn = scaled(nu, cross(a, b))
+    add_outer(work, o, a, mix(1.0, mix(psi, a, -psi * c, b), -1.0, turn))
+    add_outer(work, o, mix(psi, b, -1.0, turn), b)
+    n = mix(nu, a, nu, b)
+    add(work, o, (-psi, -n[2], n[1]))
+    add(work, o + ROW, (n[2], -psi, -n[0]))
+    add(work, o + 2 * ROW, (-n[1], n[0], -psi))
+
+
+@inline
+def add_angles(work: Array, a: Vector, Av: Vector, ra: float, b: Vector, Bv: Vector, rb: float) -> None:
+    """What the angles add, with Av' = a x Av and Bv' = b x Bv.
+
+    (e_a, th_a) c Av'/chi|a|     (e_a, th_b)  P_a Bv'/chi|a|      (th_a, th_a)  b.Av/chi
+    (th_a, e_b) -P_b Av'/chi|b|  (e_b, th_b) -c Bv'/chi|b|        (th_b, th_b) -a.Bv/chi
+    """
+    c = dot(a, b)
+    sa, sb = ra / (1.0 + c), rb / (1.0 + c)
+    turned_a, turned_b = cross(a, Av), cross(b, Bv)
+    own_a, own_b = scaled(c * sa, turned_a), scaled(-c * sb, turned_b)
+    add(work, BLOCK + 3 * ROW, own_a)
+    add(work, BLOCK + 7 * ROW + 4, own_b)
+    add(work, BLOCK + 3 * ROW + 4, scaled(-sb, across(b, turned_a)))
+    other = scaled(sa, across(a, turned_b))
+    for_a, for_b = BLOCK + 3, BLOCK + 4 * ROW + 7
+    work[for_a] += own_a[0]
+    work[for_a + ROW] += own_a[1]
+    work[for_a + 2 * ROW] += own_a[2]
+    work[for_b] += own_b[0]
+    work[for_b + ROW] += own_b[1]
+    work[for_b + 2 * ROW] += own_b[2]
+    work[for_a + 4] += other[0]
+    work[for_a + 4 + ROW] += other[1]
+    work[for_a + 4 + 2 * ROW] += other[2]
+    work[BLOCK + 3 * (ROW + 1)] += dot(b, Av) / (1.0 + c)
+    work[BLOCK + 7 * (ROW + 1)] -= dot(a, Bv) / (1.0 + c)
+
+
+@inline
+def spring_hessian(
+    work: Array, stiffness: Array, o: int, k: Vector, mu: Vector,
+    a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float,
+) -> None:  # fmt: skip
+    """The 8 x 8 Hessian of a spring by edges, both triangles, into the workspace."""
+    c = dot(a, b)
+    chi = 1.0 + c
+    Av = mix(mu[0], cross(a, a1), -mu[1], a1)
+    Bv = mix(mu[0], cross(b, b1), -mu[1], b1)
+    psi = mu[0] * k[0] + mu[1] * k[1]
+    A, B = scaled(ra, Av), scaled(rb, Bv)
+    spring_products(work, stiffness, o, chi, mu, A, B)
+    add_diagonal(work, BLOCK, load(work, PHI), (psi * c - dot(a, Bv)) / chi, a, ra)
+    add_diagonal(work, BLOCK + 4 * (ROW + 1), load(work, PHI + 4), (psi * c + dot(b, Av)) / chi, b, rb)
+    add_coupling(work, psi, mu[2], a, A, ra, b, B, rb)
+    add_angles(work, a, Av, ra, b, Bv, rb)
+    for p in range(4):
+        for q in range(4):
+            work[BLOCK + ROW * (4 + q) + p] = work[BLOCK + ROW * p + 4 + q]
+
+
+# Assembly
+
+
+@inline
+def widen(work: Array) -> None:
+    """Columns by edges (e_a, theta_a, e_b, theta_b) become columns by vertices (x_-, theta_a, x, theta_b, x_+)."""
+    for p in range(8):
+        o = BLOCK + ROW * p
+        for q in range(3):
+            by_a, by_b = work[o + q], work[o + 4 + q]
+            work[o + q] = -by_a
+            work[o + 4 + q] = by_a - by_b
+            work[o + 8 + q] = by_b
+
+
+@inline
+def add_spring_hessian(lower: Array, work: Array, i: int, low: int, high: int) -> None:
+    """Rows by edges become rows by vertices, and their part right of the diagonal, by symmetry a column, is added.
+
+    Of the eleven unknowns only those from `low` to `high` exist: vertex 0 lacks the first four, vertex N the last.
+    """
+    o = LOWER * (4 * i - 4)
+    for p in range(3):
+        a, b = BLOCK + ROW * p, BLOCK + ROW * (4 + p)
+        if low == 0:
+            for q in range(p, high):
+                lower[o + REACH * p + q] -= work[a + q]
+        for q in range(4 + p, high):
+            lower[o + REACH * (4 + p) + q] += work[a + q] - work[b + q]
+        if high == ROW:
+            for q in range(8 + p, high):
+                lower[o + REACH * (8 + p) + q] += work[b + q]
+    if low == 0:
+        for q in range(3, high):
+            lower[o + REACH * 3 + q] += work[BLOCK + ROW * 3 + q]
+    if high == ROW:
+        for q in range(7, high):
+            lower[o + REACH * 7 + q] += work[BLOCK + ROW * 7 + q]
+
+
+@inline
+def add_spring(
+    x: Array, t: Array, d1: Array, m: Array, B: Array, kappa0: Array, i: int,
+    work: Array, gradient: Array, lower: Array,
+) -> float:  # fmt: skip
+    """Vertex i's spring: its share of gradient and Hessian; returns its energy."""
+    edges = x.size // 3 - 1
+    k = strain(t, d1, m, i)
+    s = mix(1.0, k, -1.0, load(kappa0, 3 * i))
+    mu = times(B, 6 * i, s)
+    a, a1, ra = load(t, 3 * i), load(d1, 3 * i), 1.0 / length(x, i, edges)
+    b, b1, rb = load(t, 3 * i + 3), load(d1, 3 * i + 3), 1.0 / length(x, i + 1, edges)
+    strain_gradients(work, k, a, a1, ra, b, b1, rb)
+    spring_gradient(work, mu)
+    add_spring_gradient(gradient, work, i, edges)
+    spring_hessian(work, B, 6 * i, k, mu, a, a1, ra, b, b1, rb)
+    widen(work)
+    if i == 0:
+        add_spring_hessian(lower, work, i, 4, ROW)
+    elif i == edges:
+        add_spring_hessian(lower, work, i, 0, 7)
+    else:
+        add_spring_hessian(lower, work, i, 0, ROW)
+    return 0.5 * dot(mu, s)
+
+
+@inline
+def add_symmetric(lower: Array, o: int, s: float, u: Vector, r: float) -> None:
+    """H += s I + r u u^T, H the diagonal block of the vertex at unknown o."""
+    for p in range(3):
+        lower[LOWER * (o + p)] += s
+        for q in range(p, 3):
+            lower[LOWER * (o + p) + q - p] += r * u[p] * u[q]
+
+
+@inline
+def add_stretching(e: Vector, l: float, EA: float, T: float, j: int, gradient: Array, lower: Array) -> float:
+    """E' = tau t, E'' = (tau / |e|) P_t + (EA / l) t t^T, tau = EA eps + T, on x_j - x_{j-1}; returns E."""
+    size = math.sqrt(dot(e, e))
+    t, eps = scaled(1.0 / size, e), size / l - 1.0
+    s = (EA * eps + T) / size
+    r = EA / l - s
+    o = 4 * j
+    add(gradient, o - 4, scaled(-s, e))
+    add(gradient, o, scaled(s, e))
+    add_symmetric(lower, o - 4, s, t, r)
+    add_symmetric(lower, o, s, t, r)
+    for p in range(3):
+        lower[LOWER * (o - 4 + p) + 4] -= s
+        for q in range(3):
+            lower[LOWER * (o - 4 + p) + 4 + q - p] -= r * t[p] * t[q]
+    return (0.5 * EA * eps + T) * eps * l
+
+
+@inline
+def add_loads(x: Array, f: Array, C: Array, i: int, gradient: Array, lower: Array) -> float:
+    """E' = -(f + C x), E'' = -C at vertex i; returns E."""
+    o, column = 6 * i, LOWER * 4 * i
+    add(gradient, 4 * i, mix(-1.0, load(f, 3 * i), -1.0, times(C, o, load(x, 3 * i))))
+    lower[column] -= C[o]
+    lower[column + 1] -= C[o + 5]
+    lower[column + 2] -= C[o + 4]
+    lower[column + LOWER] -= C[o + 1]
+    lower[column + LOWER + 1] -= C[o + 3]
+    lower[column + 2 * LOWER] -= C[o + 2]
+    return load_energy(x, f, C, i)
+
+
+@jit
+def energy_gradient_hessian(
+    state: State, rod: Elasticity, loads: Loads, work: Array, gradient: Array, lower: Array
+) -> float:
+    """The energy with its exact gradient (4 N + 3) and Hessian (lower band, 11 (4 N + 3)) at the step 0.
+
+    Where the rod folds on itself the energy is +inf and the derivatives are not numbers.
+    """
+    x, t, d1, m = state
+    B, kappa0, l, EA, T, first, stop = rod
+    f, C = loads
+    gradient[:] = 0.0
+    lower[:] = 0.0
+    total = 0.0
+    for i in range(l.size + 1):
+        if i > 0:
+            total += add_stretching(edge(x, i), l[i - 1], EA[i - 1], T[i - 1], i, gradient, lower)
+        if first <= i < stop:
+            total += add_spring(x, t, d1, m, B, kappa0, i, work, gradient, lower)
+        total += add_loads(x, f, C, i, gradient, lower)
+    return np.inf if math.isnan(total) else total
+
+
+# Dead couples, which have no energy
+
+
+@jit
+def add_couples(state: State, M: Array, gradient: Array, general: Array) -> None:
+    """Add the residual and the tangent of couples M (3 N, fixed frame) on the edges to a general band.
+
+    A turn of the frame off the step 0 is  d phi = t x dt + (d theta + (t_0 x t).dt / (1 + t_0.t)) t, the work M.d phi:
+
+        residual   -M x t / |e|  on e              -M.t  on theta
+        tangent    -([M]_x P - (M x t) t^T + (M.t) [t]_x / 2) / |e|^2  of e by e      -P M / |e|  of theta by e
+
+    It is not symmetric: turning a couple's edge about two axes in turn does work that depends on the order.
+    """
+    x, tangents, _, _ = state
+    for j in range(1, M.size // 3 + 1):
+        couple, t, e = load(M, 3 * j - 3), load(tangents, 3 * j), edge(x, j)
+        r = 1.0 / math.sqrt(dot(e, e))
+        force, by_angle = scaled(r, cross(couple, t)), scaled(r, across(t, couple))
+        o = 4 * j
+        add(gradient, o - 4, force)
+        add(gradient, o, scaled(-1.0, force))
+        gradient[o - 1] -= dot(couple, t)
+        for q in range(3):
+            unit_q = (float(q == 0), float(q == 1), float(q == 2))
+            de = scaled(r * r, unit_q)
+            turn = mix(1.0, cross(couple, across(t, de)), 0.5 * dot(couple, t), cross(t, de))
+            column = mix(1.0, turn, -dot(t, de), cross(couple, t))
+            for p in range(3):
+                at = FULL * (o + q) + REACH + p - q
+                general[at] -= column[p]
+                general[at - 4] += column[p]
+                general[at - 4 * FULL] -= column[p]
+                general[at - 4 * FULL + 4] += column[p]
+            general[FULL * (o + q) + REACH - 1 - q] -= by_angle[q]
+            general[FULL * (o - 4 + q) + REACH + 3 - q] += by_angle[q]

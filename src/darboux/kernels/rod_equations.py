@@ -1,0 +1,199 @@
+r"""The static equations of a Kirchhoff or Cosserat rod, and their exact Jacobian.
+
+The state y holds r (3), q (4, scalar first), n (3) and m (3), the vectors in the fixed frame; R = R(q) has the
+directors as columns and does not depend on \|q\|. With the material's law in compliance form and affine loads,
+
+    k = k0 + B^-1 R^T m        v = e3 + S^-1 R^T n                                                (1)
+    f = a + C r + R b          l = la + R lb                                                      (2)
+    r' = R v                   q' = 1/2 q (0, k)         n' = -f         m' = n x r' - l          (3)
+
+The coefficients c(s) come as 36 columns, named below. S^-1 = 0 makes the rod inextensible and unshearable.
+
+The Jacobian goes through the small rotation phi that dq makes, in components of the section's frame:
+dR = R [phi x], d(R^T m) = R^T m x phi. Seven entries of every row may differ from zero:
+
+              r   q   n   m
+        r' (  .   x   x   .  )
+        q' (  .   x   .   x  )                                                                    (4)
+        n' (  x   x   .   .  )
+        m' (  .   x   x   .  )
+
+References: S. S. Antman, Nonlinear Problems of Elasticity, 2nd ed., Springer 2005, ch. VIII.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels.algebra import (
+    Quaternion,
+    Rotation,
+    Vector,
+    cross,
+    half_product,
+    minus,
+    plus,
+    put,
+    put_quaternion,
+    quaternion,
+    rotate,
+    rotation,
+    symmetric_times,
+    times,
+    turn,
+    unrotate,
+    vector,
+)
+from darboux.kernels.jit import inline, jit
+
+Array = NDArray[np.float64]
+
+# Where the parts of the state y begin.
+POSITION, ROTATION, FORCE, MOMENT, STATES = 0, 3, 7, 10, 13  # r, q, n, m, and how many in all
+
+# Where the parts of the coefficients c begin; symmetric matrices as 11, 22, 33, 23, 13, 12, others row by row.
+BINV, SINV, K0 = 0, 6, 12  # compliance in bending and twist, in shear and stretch; natural curvature and twist
+DEAD_FORCE, FORCE_GRADIENT, FOLLOWER_FORCE = 15, 18, 27  # a, C, b
+DEAD_MOMENT, FOLLOWER_MOMENT = 30, 33  # la, lb
+WIDTH = 36
+
+UNIT = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # the unit vector number a is what begins at 3 - a
+
+
+class Section(NamedTuple):
+    """What (1) makes of the state and the coefficients at one s."""
+
+    q: Quaternion
+    R: Rotation
+    n: Vector
+    material_n: Vector  # R^T n
+    material_m: Vector  # R^T m
+    k: Vector
+    v: Vector
+
+
+@inline
+def section(y: Array, i: int, c: Array) -> Section:
+    """(1): k = k0 + B^-1 R^T m, v = e3 + S^-1 R^T n, of the state that begins at y[i]."""
+    q, n = quaternion(y, i + ROTATION), vector(y, i + FORCE)
+    R = rotation(q)
+    material_n, material_m = unrotate(R, n), unrotate(R, vector(y, i + MOMENT))
+    k = plus(vector(c, K0), symmetric_times(c, BINV, material_m))
+    v = plus((0.0, 0.0, 1.0), symmetric_times(c, SINV, material_n))
+    return Section(q, R, n, material_n, material_m, k, v)
+
+
+@inline
+def write_derivative(y: Array, i: int, c: Array, dy: Array, j: int, step: int) -> None:
+    """(2) and (3): the derivative, in dy[j], dy[j + step], ..., of the state that begins at y[i]."""
+    x = section(y, i, c)
+    r = vector(y, i + POSITION)
+    f = plus(
+        plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)),
+        rotate(x.R, vector(c, FOLLOWER_FORCE)),
+    )
+    l = plus(vector(c, DEAD_MOMENT), rotate(x.R, vector(c, FOLLOWER_MOMENT)))
+    dr = rotate(x.R, x.v)
+    dq = half_product(x.q, x.k)
+    dm = minus(cross(x.n, dr), l)
+    put(dy, j + POSITION * step, step, dr)
+    put_quaternion(dy, j + ROTATION * step, step, dq)
+    put(dy, j + FORCE * step, step, (-f[0], -f[1], -f[2]))
+    put(dy, j + MOMENT * step, step, dm)
+
+
+@inline
+def _columns_of_position(c: Array, J: Array) -> None:
+    """dn' = -C dr."""
+    for row in range(3):
+        for column in range(3):
+            J[(FORCE + row) * STATES + POSITION + column] = -c[FORCE_GRADIENT + 3 * row + column]
+
+
+@inline
+def _column_of_rotation(x: Section, dq: Quaternion, c: Array, J: Array, j: int) -> None:
+    """One column, for the unit quaternion dq that turns the frame by phi.
+
+    dr' = R (phi x v + S^-1 (R^T n x phi))      dq' = 1/2 dq (0, k) + 1/2 q (0, B^-1 (R^T m x phi))
+    dn' = -R (phi x b)                          dm' = n x dr' - R (phi x lb)
+    """
+    phi = turn(x.q, dq)
+    dv = symmetric_times(c, SINV, cross(x.material_n, phi))
+    dr = rotate(x.R, plus(cross(phi, x.v), dv))
+    dk = symmetric_times(c, BINV, cross(x.material_m, phi))
+    by_turning, by_bending = half_product(dq, x.k), half_product(x.q, dk)
+    put(J, POSITION * STATES + j, STATES, dr)
+    for row in range(4):
+        J[(ROTATION + row) * STATES + j] = by_turning[row] + by_bending[row]
+    put(J, FORCE * STATES + j, STATES, rotate(x.R, cross(vector(c, FOLLOWER_FORCE), phi)))
+    put(J, MOMENT * STATES + j, STATES, plus(cross(x.n, dr), rotate(x.R, cross(vector(c, FOLLOWER_MOMENT), phi))))
+
+
+@inline
+def _column_of_force(x: Section, e: Vector, c: Array, J: Array, j: int) -> None:
+    """dr' = R S^-1 R^T e, dm' = n x dr' + e x r', for a unit force e."""
+    dr = rotate(x.R, symmetric_times(c, SINV, unrotate(x.R, e)))
+    put(J, POSITION * STATES + j, STATES, dr)
+    put(J, MOMENT * STATES + j, STATES, plus(cross(x.n, dr), cross(e, rotate(x.R, x.v))))
+
+
+@inline
+def _column_of_moment(x: Section, e: Vector, c: Array, J: Array, j: int) -> None:
+    """dq' = 1/2 q (0, B^-1 R^T e), for a unit moment e."""
+    dq = half_product(x.q, symmetric_times(c, BINV, unrotate(x.R, e)))
+    put_quaternion(J, ROTATION * STATES + j, STATES, dq)
+
+
+@inline
+def write_jacobian(y: Array, i: int, c: Array, J: Array) -> None:
+    """(4): d(y')/dy at the state that begins at y[i]; writes only the entries that may differ from zero."""
+    x = section(y, i, c)
+    _columns_of_position(c, J)
+    for a in range(4):
+        _column_of_rotation(x, quaternion(UNIT, 3 - a), c, J, ROTATION + a)
+    for a in range(3):
+        e = vector(UNIT, 3 - a)
+        _column_of_force(x, e, c, J, FORCE + a)
+        _column_of_moment(x, e, c, J, MOMENT + a)
+
+
+@inline
+def _rows_times(
+    J: Array, rows: int, count: int, partner: int, x: Array, i: int, width: int, out: Array, j: int
+) -> None:
+    """Some rows of J X: the four columns of q, and three columns more that begin at `partner`."""
+    q0, p0 = i + ROTATION * width, i + partner * width
+    q1, q2, q3 = q0 + width, q0 + 2 * width, q0 + 3 * width
+    p1, p2 = p0 + width, p0 + 2 * width
+    for row in range(rows, rows + count):
+        a = quaternion(J, row * STATES + ROTATION)
+        b = vector(J, row * STATES + partner)
+        to = j + row * width
+        for k in range(width):
+            by_rotation = a[0] * x[q0 + k] + a[1] * x[q1 + k] + a[2] * x[q2 + k] + a[3] * x[q3 + k]
+            out[to + k] = by_rotation + b[0] * x[p0 + k] + b[1] * x[p1 + k] + b[2] * x[p2 + k]
+
+
+@inline
+def jacobian_times(J: Array, x: Array, i: int, width: int, out: Array, j: int) -> None:
+    """J X for the matrix X of 13 rows of `width` that begins at x[i], by the blocks of (4)."""
+    _rows_times(J, POSITION, 3, FORCE, x, i, width, out, j)
+    _rows_times(J, ROTATION, 4, MOMENT, x, i, width, out, j)
+    _rows_times(J, FORCE, 3, POSITION, x, i, width, out, j)
+    _rows_times(J, MOMENT, 3, FORCE, x, i, width, out, j)
+
+
+@jit
+def derivative(y: Array, c: Array, dy: Array) -> None:
+    """dy = y' by (3), of the state y (13,) with the coefficients c (36,)."""
+    write_derivative(y, 0, c, dy, 0, 1)
+
+
+@jit
+def jacobian(y: Array, c: Array, J: Array) -> None:
+    """J = d(y')/dy by (4), (13 x 13,) row by row, at the state y (13,) with the coefficients c (36,)."""
+    J[:] = 0.0
+    write_jacobian(y, 0, c, J)

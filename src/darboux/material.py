@@ -1,0 +1,50 @@
+"""What the filament is made of."""
+
+from __future__ import annotations
+
+from darboux import checks
+from darboux.checks import assign, description
+from darboux.errors import InvalidInput
+
+
+@description
+class Material:
+    """A linear elastic, isotropic material.
+
+        G = E / (2 (1 + nu))
+
+    Arguments: ``E`` Young's modulus in Pa; ``nu`` Poisson's ratio in (-1, 0.5], or ``G`` shear modulus in Pa (one of
+    the two; nu = 0.3 where neither is given is NOT assumed); ``density`` in kg/m3, needed only where mass acts.
+    Raises ``InvalidInput`` for values outside these ranges.
+    """
+
+    E: float
+    nu: float | None = None
+    G: float | None = None
+    density: float | None = None
+
+    def __post_init__(self) -> None:
+        E = checks.positive("material.E", self.E, "Pa")
+        if (self.nu is None) == (self.G is None):
+            came = "neither" if self.nu is None else "both"
+            raise InvalidInput(f"material takes either nu or G, but {came} came; give Poisson's ratio or the shear modulus.")
+        if self.nu is not None:
+            nu = checks.number("material.nu", self.nu)
+            if not -1.0 < nu <= 0.5:
+                raise InvalidInput(f"material.nu is {nu:g}; Poisson's ratio must lie above -1 and not above 0.5.")
+            assign(self, nu=nu)
+        else:
+            assign(self, G=checks.positive("material.G", self.G, "Pa"))
+        if self.density is not None:
+            assign(self, density=checks.not_negative("material.density", self.density, "kg/m^3"))
+        assign(self, E=E)
+
+    @property
+    def shear_modulus(self) -> float:
+        """G in Pa."""
+        return self.E / (2.0 * (1.0 + self.nu)) if self.nu is not None else float(self.G)  # type: ignore[arg-type]
+
+    @property
+    def poisson(self) -> float:
+        """Poisson's ratio, from E and G where G was given."""
+        return self.nu if self.nu is not None else self.E / (2.0 * self.shear_modulus) - 1.0

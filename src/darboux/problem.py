@@ -1,0 +1,110 @@
+"""The problem: a rod, what holds its ends, what acts on it."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import checks
+from darboux.checks import assign, description
+from darboux.errors import InvalidInput
+from darboux.loads import Distributed, EndLoad, Load, breaks_of
+from darboux.profile import Table
+from darboux.rod import Rod
+from darboux.supports import Clamped, Free, Support
+
+Array = NDArray[np.float64]
+
+
+@description
+class Equilibrium:
+    """The static problem of one filament.
+
+        n' + f = 0,   m' + r' x n + l = 0
+
+    Arguments: ``rod`` a ``Rod``; ``start`` and ``end`` the supports at s = 0 and s = length; ``loads`` a sequence of
+    loads. Raises ``InvalidInput`` where nothing holds the rod or a load acts on a held end.
+    """
+
+    rod: Rod
+    start: Any = Clamped()
+    end: Any = Free()
+    loads: Any = ()
+
+    def __post_init__(self) -> None:
+        checks.instance("problem.rod", self.rod, Rod, "a Rod")
+        for name in ("start", "end"):
+            checks.instance(f"problem.{name}", getattr(self, name), Support, "a support, such as Clamped() or Free()")
+        loads = (self.loads,) if isinstance(self.loads, Load) else self.loads
+        if not isinstance(loads, list | tuple):
+            raise InvalidInput(f"problem.loads is {checks.shown(loads)}; it must be a list of loads, such as [Gravity()].")
+        for i, load in enumerate(loads):
+            checks.instance(f"loads[{i}]", load, Load, "a load, such as Gravity() or EndForce((0, 0, -1))")
+        assign(self, loads=tuple(loads))
+        self._check_supports()
+        self._check_loads()
+
+    def _check_supports(self) -> None:
+        if not (self.start.holds or self.end.holds):
+            raise InvalidInput(
+                "problem.start and problem.end are both Free(); nothing holds the rod in place. Clamp one end, as in start=Clamped()."
+            )
+        if self.start.holds and self.end.holds and not self.rod.stretch:
+            distance = float(np.linalg.norm(np.array(self.end.position) - np.array(self.start.position)))
+            if distance > self.rod.length * (1.0 + 1e-12):
+                raise InvalidInput(
+                    f"problem: the ends are {distance:g} m apart, but the rod is {self.rod.length:g} m long and does not "
+                    "stretch. Move them closer or set stretch=True."
+                )
+
+    def _check_loads(self) -> None:
+        ends = {"start": self.start, "end": self.end}
+        for i, load in enumerate(self.loads):
+            if load.place is not None and ends[load.place].holds:
+                raise InvalidInput(
+                    f"loads[{i}] acts on the rod's {load.place}, which is clamped: it would only add to the reaction. "
+                    f"Put it on the free end with at='{'start' if load.place == 'end' else 'end'}', or leave it out."
+                )
+            for table in (value for value in load.varying if isinstance(value, Table)):
+                if abs(table.s[0]) > 1e-12 * self.rod.length or abs(table.s[-1] - self.rod.length) > 1e-9 * self.rod.length:
+                    raise InvalidInput(
+                        f"loads[{i}] has a Table from s = {table.s[0]:g} to {table.s[-1]:g} m, but the rod runs from 0 to "
+                        f"{self.rod.length:g} m; give values from end to end."
+                    )
+        self.distributed(np.linspace(0.0, self.rod.length, 17))
+
+    def distributed(self, s: Array) -> Distributed:
+        """Return the sum of the loads per length at s (n,)."""
+        total = Distributed.zero(len(s))
+        for load in self.loads:
+            load.add_distributed(total, s, self.rod)
+        return total
+
+    def end_load(self, at: str) -> EndLoad:
+        """Return the sum of the loads on the end ``at``, "start" or "end"."""
+        total = EndLoad()
+        for load in self.loads:
+            load.add_end(at, total)
+        return total
+
+    def with_load(self, load: Load) -> Equilibrium:
+        """Return the problem with one more load."""
+        return dataclasses.replace(self, loads=(*self.loads, load))
+
+    def with_rod(self, **changes: Any) -> Equilibrium:
+        """Return the problem with a changed rod, as in ``problem.with_rod(stretch=True)``."""
+        return dataclasses.replace(self, rod=dataclasses.replace(self.rod, **changes))
+
+    @property
+    def uniform(self) -> bool:
+        """True where no stiffness, natural shape or load varies along s."""
+        return self.rod.uniform and not any(callable(value) for load in self.loads for value in load.varying)
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """The arc lengths in m, between the ends, at which a table of the rod or of a load has a kink or a knot."""
+        inner = {s for load in self.loads for s in breaks_of(load) if 0.0 < s < self.rod.length}
+        return tuple(sorted(inner.union(self.rod.breaks)))

@@ -1,0 +1,130 @@
+"""A quantity along the rod: one value, a table, or a function of the arc length s."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import checks
+from darboux.checks import assign, description
+from darboux.errors import InvalidInput
+
+Array = NDArray[np.float64]
+Varying = Any  # a number or vector, a Table, or a function of s; checked by `profile`
+
+
+@description
+class Table:
+    """A quantity given at points along the rod and interpolated between them.
+
+    Arguments: ``s`` (n,) ascending arc lengths in m, the first 0 and the last the rod's length; ``values`` (n,) or
+    (n, 3) in the quantity's unit; ``interpolation`` "linear" (kinks at the points) or "cubic" (a smooth spline).
+    Raises ``InvalidInput`` where s does not ascend or the lengths differ.
+    """
+
+    s: Any
+    values: Any
+    interpolation: str = "cubic"
+
+    def __post_init__(self) -> None:
+        s = np.array(self.s, dtype=float)
+        values = np.array(self.values, dtype=float)
+        checks.choice("Table.interpolation", self.interpolation, ("linear", "cubic"))
+        if s.ndim != 1 or len(s) < 2 or np.any(np.diff(s) <= 0.0) or not np.all(np.isfinite(s)):
+            raise InvalidInput("Table.s must hold at least two finite arc lengths in ascending order; sort it first.")
+        if values.shape not in ((len(s),), (len(s), 3)) or not np.all(np.isfinite(values)):
+            raise InvalidInput(
+                f"Table.values has the shape {values.shape}; it must hold {len(s)} finite numbers or {len(s)} x 3."
+            )
+        nested = tuple(map(tuple, values.tolist())) if values.ndim == 2 else tuple(values.tolist())
+        assign(self, s=tuple(s.tolist()), values=nested)
+
+    def __call__(self, s: Array) -> Array:
+        """Return the interpolated values at s: (m,) or (m, 3)."""
+        from scipy.interpolate import CubicSpline, make_interp_spline
+
+        if self.interpolation == "cubic":
+            return np.asarray(CubicSpline(self.s, self.values)(s))
+        return np.asarray(make_interp_spline(self.s, self.values, k=1)(s))
+
+
+class Profile:
+    """A checked quantity along the rod, of shape () or (3,): call it with s (n,) to get (n,) or (n, 3)."""
+
+    def __init__(self, field: str, value: Varying, shape: tuple[int, ...], unit: str, sign: str) -> None:
+        self.field, self.shape, self.unit, self.sign = field, shape, unit, sign
+        self.constant = not callable(value)
+        self.breaks: tuple[float, ...] = value.s if isinstance(value, Table) else ()
+        if self.constant:
+            value = checks.array(field, value, shape, unit) if shape else checks.number(field, value, unit)
+            self._check(np.asarray(value)[None], value)
+        self._value: Any = value
+
+    def __call__(self, s: Array) -> Array:
+        if self.constant:
+            return np.broadcast_to(np.asarray(self._value), (len(s), *self.shape)).copy()
+        values = evaluate(self.field, self._value, s, self.shape)
+        self._check(values, None, s)
+        return values
+
+    def _check(self, values: Array, came: object, s: Array | None = None) -> None:
+        if self.sign == "any":
+            return
+        bad = values <= 0.0 if self.sign == "positive" else values < 0.0
+        if not np.any(bad):
+            return
+        if s is None:
+            (checks.positive if self.sign == "positive" else checks.not_negative)(self.field, came, self.unit)
+        place = int(np.argmax(bad))
+        raise InvalidInput(
+            f"{self.field} is {checks.with_unit(float(values[place]), self.unit)} at s = {float(s[place]):g} m; "  # type: ignore[index]
+            f"it must be {'positive' if self.sign == 'positive' else 'zero or more'} all along the rod."
+        )
+
+
+def evaluate(field: str, function: Callable[[Array], Any], s: Array, shape: tuple[int, ...]) -> Array:
+    """Call a user's vectorised function of s and check what it returns: (n,) + shape, finite."""
+    try:
+        raw = function(s.copy())
+    except InvalidInput:
+        raise
+    except Exception as error:
+        raise InvalidInput(
+            f"{field} is a function that failed on an array of {len(s)} arc lengths: {type(error).__name__}: {error}. "
+            "It must take a NumPy array s and return one value (or row of 3) for each."
+        ) from error
+    values = np.array(raw, dtype=float)
+    if values.shape == shape:  # a function that returns a constant
+        values = np.broadcast_to(values, (len(s), *shape)).copy()
+    if values.shape == (3, len(s)) and shape == (3,) and len(s) != 3:
+        values = values.T.copy()  # (kx, ky, kz) as three arrays
+    if values.shape != (len(s), *shape):
+        raise InvalidInput(
+            f"{field} is a function that returned the shape {values.shape} for {len(s)} arc lengths; "
+            f"it must return {(len(s), *shape)}."
+        )
+    if not np.all(np.isfinite(values)):
+        place = int(np.argmax(~np.isfinite(values.reshape(len(s), -1)).all(axis=1)))
+        raise InvalidInput(f"{field} is not finite at s = {s[place]:g} m; it must be finite all along the rod.")
+    return values
+
+
+def scalar(field: str, value: Varying, unit: str = "", sign: str = "positive") -> Profile:
+    """Return the profile of a scalar quantity; sign is "positive", "not negative" or "any"."""
+    return Profile(field, value, (), unit, sign)
+
+
+def vector(field: str, value: Varying, unit: str = "") -> Profile:
+    """Return the profile of a vector quantity."""
+    return Profile(field, value, (3,), unit, "any")
+
+
+def frozen(value: Varying) -> Varying:
+    """Return a value that can be hashed: arrays and lists become tuples, tables and functions stay."""
+    if callable(value) or value is None or isinstance(value, str):
+        return value
+    nested = np.asarray(value, dtype=float).tolist()
+    return tuple(nested) if isinstance(nested, list) else nested

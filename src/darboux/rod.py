@@ -1,0 +1,125 @@
+"""The filament: length, section, material, natural shape, and whether it stretches and shears."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import checks, profile
+from darboux.checks import assign, description
+from darboux.errors import InvalidInput
+from darboux.material import Material
+from darboux.natural import Helix
+from darboux.profile import Table, Varying
+from darboux.section import Section, SectionStiffness
+
+Array = NDArray[np.float64]
+
+
+@description
+class Rod:
+    """An elastic filament with the arc length s in [0, length].
+
+        R^T m = B (k - k0),  B = diag(EI1, EI2, GJ);   v = (0, 0, 1) + S^-1 R^T n,  S = diag(GA1, GA2, EA)
+
+    Arguments: ``length`` in m, unloaded; ``section`` a ``Circle``, ``Tube``, ``Rectangle``, ``Ellipse`` or
+    ``Stiffness``; ``material`` a ``Material`` (none beside a ``Stiffness``); ``natural`` the natural curvature and
+    twist k0 in 1/m, section's frame: None (straight), three numbers, a ``Helix``, a ``Table`` of (n, 3), or a function
+    of s that returns (n, 3); ``stretch`` and ``shear`` whether S^-1 keeps its part or is zero.
+    Raises ``InvalidInput``.
+    """
+
+    length: float
+    section: Any
+    material: Any = None
+    natural: Varying = None
+    stretch: bool = False
+    shear: bool = False
+
+    def __post_init__(self) -> None:
+        length = checks.positive("rod.length", self.length, "m")
+        checks.instance("rod.section", self.section, Section, "a Circle, Tube, Rectangle, Ellipse or Stiffness")
+        if self.section.needs_material:
+            checks.instance("rod.material", self.material, Material, "a Material, such as Material(E=1e6, nu=0.5)")
+        elif self.material is not None:
+            raise InvalidInput("rod.material came beside a Stiffness section, which holds the stiffnesses already; leave it out.")
+        for name in ("stretch", "shear"):
+            checks.instance(f"rod.{name}", getattr(self, name), (bool, np.bool_), "True or False")
+        natural = self.natural
+        if natural is not None and not isinstance(natural, Helix):
+            profile.vector("rod.natural", natural, "1/m")
+            natural = profile.frozen(natural)
+        assign(self, length=length, natural=natural, stretch=bool(self.stretch), shear=bool(self.shear))
+        self._check_ends()
+        self._check_stiffness(self.stiffness(np.linspace(0.0, length, 17)))
+
+    def _check_ends(self) -> None:
+        values = [self.natural, *(getattr(self.section, name) for name in self.section.profiles())]
+        for table in (value for value in values if isinstance(value, Table)):
+            if abs(table.s[0]) > 1e-12 * self.length or abs(table.s[-1] - self.length) > 1e-9 * self.length:
+                raise InvalidInput(
+                    f"a Table runs from s = {table.s[0]:g} to {table.s[-1]:g} m, but the rod from 0 to {self.length:g} m; "
+                    "give values from end to end."
+                )
+
+    def _check_stiffness(self, stiffness: SectionStiffness) -> None:
+        self.k0(np.linspace(0.0, self.length, 17))
+        if self.stretch and stiffness.EA is None:
+            raise InvalidInput("rod.stretch is True, but section.EA is missing; give EA in N or set stretch=False.")
+        if self.shear and (stiffness.GA1 is None or stiffness.GA2 is None):
+            raise InvalidInput("rod.shear is True, but section.GA1 or GA2 is missing; give both in N or set shear=False.")
+
+    def stiffness(self, s: Array) -> SectionStiffness:
+        """Return the section's stiffnesses and mass per length at s (n,)."""
+        return self.section.stiffness(np.asarray(s, dtype=float), self.material)  # type: ignore[no-any-return]
+
+    def k0(self, s: Array) -> Array:
+        """Return the natural curvature and twist at s (n,): (n, 3) in 1/m, section's frame."""
+        natural = self.natural.curvature if isinstance(self.natural, Helix) else self.natural
+        if natural is None:
+            natural = (0.0, 0.0, 0.0)
+        return profile.vector("rod.natural", natural, "1/m")(np.asarray(s, dtype=float))
+
+    def mass(self, s: Array, why: str) -> Array:
+        """Return the mass per length in kg/m at s (n,); ``why`` names the load that needs it."""
+        mass = self.stiffness(s).mass
+        if mass is None:
+            field = "material.density" if self.section.needs_material else "section.mass"
+            raise InvalidInput(f"{field} is missing; {why} acts on the rod's mass. Give it, or leave the load out.")
+        return mass
+
+    def compliance(self, s: Array) -> tuple[Array, Array]:
+        """Return B^-1 (n, 3, 3) in 1/(N m^2) and S^-1 (n, 3, 3) in 1/N at s (n,); S^-1 is zero where nothing gives."""
+        stiffness = self.stiffness(s)
+        B, S = np.zeros((len(s), 3, 3)), np.zeros((len(s), 3, 3))
+        B[:, 0, 0], B[:, 1, 1], B[:, 2, 2] = 1.0 / stiffness.EI1, 1.0 / stiffness.EI2, 1.0 / stiffness.GJ
+        if self.stretch:
+            S[:, 2, 2] = 1.0 / stiffness.EA  # type: ignore[operator]
+        if self.shear:
+            S[:, 0, 0], S[:, 1, 1] = 1.0 / stiffness.GA1, 1.0 / stiffness.GA2  # type: ignore[operator]
+        return B, S
+
+    @property
+    def model(self) -> str:
+        """The theory that the rod states, in words: methods are compared only where they solve the same."""
+        return {
+            (False, False): "inextensible",
+            (True, False): "stretch",
+            (False, True): "shear",
+            (True, True): "stretch and shear",
+        }[self.stretch, self.shear]
+
+    @property
+    def uniform(self) -> bool:
+        """True where neither the section nor the natural shape varies along s."""
+        return not callable(self.natural) and all(p.constant for p in self.section.profiles().values())
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """The arc lengths in m, between the ends, at which a table has a kink or a knot."""
+        tables = [self.natural] if isinstance(self.natural, Table) else []
+        inner = {s for table in tables for s in table.s}
+        inner |= {s for p in self.section.profiles().values() for s in p.breaks}
+        return tuple(sorted(s for s in inner if 0.0 < s < self.length))

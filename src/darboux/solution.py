@@ -1,0 +1,236 @@
+"""What was found: status, shape, inner forces, reactions, energy, and how it was computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import frames
+from darboux.checks import shown
+from darboux.curve import Curve
+from darboux.errors import InvalidInput, NotConverged
+from darboux.problem import Equilibrium
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Status:
+    """How a solve ended: ``code`` for programs, ``message`` the sentence that a person reads."""
+
+    code: str
+    message: str
+
+    @property
+    def converged(self) -> bool:
+        return self.code == "converged"
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """What a support does to the rod: force (3,) in N and moment (3,) in N m about the end, fixed frame."""
+
+    force: Array
+    moment: Array
+
+
+@dataclass(frozen=True)
+class Reactions:
+    """The reactions at s = 0 and at s = length; zero where an end is free."""
+
+    start: Reaction
+    end: Reaction
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Elastic energy by kind and the potential of the conservative dead loads, in J.
+
+        bending = 1/2 int sum_{i=1,2} B_i (k_i - k0_i)^2 ds,   twist and stretch (with shear) likewise,
+        load = -int (a . r + 1/2 r . C r) ds - sum F . r(end)
+
+    Follower loads, couples and end moments have no potential and are not in it.
+    """
+
+    bending: float
+    twist: float
+    stretch: float
+    load: float
+
+    @property
+    def elastic(self) -> float:
+        return self.bending + self.twist + self.stretch
+
+    @property
+    def total(self) -> float:
+        return self.elastic + self.load
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """The estimated error of the answer: ``tip`` in m; None where the method gives none."""
+
+    tip: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class EquilibriumSolution:
+    """The solution of an ``Equilibrium``. Call r, R, k, v, n, m with any s in [0, length], one number or an array.
+
+    ``problem`` and ``method`` made it; ``model`` names the theory that was solved ("inextensible", "stretch", ...);
+    ``status`` says how the solve ended; ``statistics`` counts what it took; ``index`` is the number of unstable
+    directions where the method counts them (0: stable), else None.
+    """
+
+    problem: Equilibrium
+    method: Any
+    model: str
+    status: Status
+    curve: Curve
+    load_factor: float = 1.0
+    index: int | None = None
+    error: ErrorEstimate = ErrorEstimate()
+    statistics: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def converged(self) -> bool:
+        return self.status.converged
+
+    def check(self) -> EquilibriumSolution:
+        """Return the solution, or raise ``NotConverged`` with the status' sentence."""
+        if not self.converged:
+            raise NotConverged(self.status.message, self)
+        return self
+
+    @property
+    def stable(self) -> bool | None:
+        """True where no direction lowers the energy; None where the method does not count them."""
+        return None if self.index is None else self.index == 0
+
+    # -- along the rod -------------------------------------------------------------------------------------------
+
+    @property
+    def s(self) -> Array:
+        """The nodes of the solution in m: (n,), those at a jump once."""
+        return np.unique(self.curve.s)
+
+    def _states(self, s: Any) -> tuple[Array, Array]:
+        points = np.atleast_1d(np.array(s, dtype=float))
+        length = self.problem.rod.length
+        if points.ndim != 1 or not np.all(np.isfinite(points)):
+            raise InvalidInput(f"s is {shown(s)}; it must be one finite arc length or a one-dimensional array of them.")
+        outside = (points < -1e-9 * length) | (points > length * (1.0 + 1e-9))
+        if np.any(outside):
+            raise InvalidInput(f"s is {points[outside][0]:g} m, but the rod runs from 0 to {length:g} m.")
+        points = np.clip(points, 0.0, length)
+        return points, self.curve(points)
+
+    def _shaped(self, s: Any, values: Array) -> Array:
+        return values[0] if np.ndim(s) == 0 else values
+
+    def r(self, s: Any) -> Array:
+        """Return the centreline in m, fixed frame: (3,) or (n, 3)."""
+        return self._shaped(s, self._states(s)[1][:, 0:3])
+
+    def R(self, s: Any) -> Array:
+        """Return the frame, columns d1, d2, d3: (3, 3) or (n, 3, 3)."""
+        return self._shaped(s, frames.matrix_of_quaternion(self._states(s)[1][:, 3:7]))
+
+    def n(self, s: Any) -> Array:
+        """Return the inner force in N, fixed frame: (3,) or (n, 3)."""
+        return self._shaped(s, self._states(s)[1][:, 7:10])
+
+    def m(self, s: Any) -> Array:
+        """Return the inner moment in N m, fixed frame: (3,) or (n, 3)."""
+        return self._shaped(s, self._states(s)[1][:, 10:13])
+
+    def k(self, s: Any) -> Array:
+        """Return curvature and twist, k = k0 + B^-1 R^T m, in 1/m, section's frame: (3,) or (n, 3)."""
+        points, y = self._states(s)
+        compliance, _ = self.problem.rod.compliance(points)
+        return self._shaped(s, self.problem.rod.k0(points) + _turned_back(compliance, y[:, 3:7], y[:, 10:13]))
+
+    def v(self, s: Any) -> Array:
+        """Return stretch and shear, v = (0, 0, 1) + S^-1 R^T n, section's frame: (3,) or (n, 3)."""
+        points, y = self._states(s)
+        _, compliance = self.problem.rod.compliance(points)
+        return self._shaped(s, np.array([0.0, 0.0, 1.0]) + _turned_back(compliance, y[:, 3:7], y[:, 7:10]))
+
+    # -- what a reader asks first --------------------------------------------------------------------------------
+
+    @property
+    def tip(self) -> Array:
+        """The position (3,) in m of the free end; of s = length where both ends are held."""
+        return self.r(self._tip_place)
+
+    @property
+    def _tip_place(self) -> float:
+        return 0.0 if self.problem.end.holds and not self.problem.start.holds else self.problem.rod.length
+
+    @cached_property
+    def reactions(self) -> Reactions:
+        """Force and moment of each support on the rod: -n(0), -m(0) at the start, n(L), m(L) at the end."""
+        zero = Reaction(np.zeros(3), np.zeros(3))
+        L = self.problem.rod.length
+        start = Reaction(-self.n(0.0), -self.m(0.0)) if self.problem.start.holds else zero
+        end = Reaction(self.n(L), self.m(L)) if self.problem.end.holds else zero
+        return Reactions(start, end)
+
+    @cached_property
+    def energy(self) -> Energy:
+        """The energies by Gauss' rule of three points on each interval between nodes."""
+        points, weights = gauss_points(self.curve.s)
+        rod, y = self.problem.rod, self.curve(points)
+        r, R = y[:, 0:3], frames.matrix_of_quaternion(y[:, 3:7])
+        m, n = (np.einsum("nji,nj->ni", R, y[:, i : i + 3]) for i in (10, 7))
+        B, S = rod.compliance(points)
+        bent = np.einsum("ni,nij,nj->n", m[:, :2], B[:, :2, :2], m[:, :2])
+        twisted = B[:, 2, 2] * m[:, 2] ** 2
+        stretched = np.einsum("ni,nij,nj->n", n, S, n)
+        loads = self.problem.distributed(points)
+        potential = -np.einsum("ni,ni->n", loads.a, r) - 0.5 * np.einsum("ni,nij,nj->n", r, loads.C, r)
+        bending, twist, stretch, load = (float(weights @ f) for f in (bent / 2, twisted / 2, stretched / 2, potential))
+        ends = sum(float(self.problem.end_load(at).force @ self.r(s)) for at, s in (("start", 0.0), ("end", rod.length)))
+        return Energy(bending, twist, stretch, self.load_factor * (load - ends))
+
+    def __str__(self) -> str:
+        s = np.linspace(0.0, self.problem.rod.length, 401)
+        moment = np.linalg.norm(self.m(s), axis=1)
+        place = int(np.argmax(moment))
+        lines = [
+            f"status        {self.status.message}",
+            f"method        {self.method} ({self.model})",
+            f"tip           {_vector(self.tip)} m",
+        ]
+        if self.error.tip is not None:
+            lines.append(f"tip error     {self.error.tip:.1e} m (estimated)")
+        for end in ("start", "end"):
+            if getattr(self.problem, end).holds:
+                reaction = getattr(self.reactions, end)
+                lines.append(f"{end:<5} force   {_vector(reaction.force)} N")
+                lines.append(f"{end:<5} moment  {_vector(reaction.moment)} N m")
+        lines.append(f"largest |m|   {moment[place]:.6g} N m at s = {s[place]:.4g} m")
+        lines.append(f"energy        {self.energy.total:.6g} J (elastic {self.energy.elastic:.6g}, loads {self.energy.load:.6g})")
+        if self.index is not None:
+            lines.append(f"stability     {'stable' if self.stable else f'unstable in {self.index} direction(s)'}")
+        return "\n".join(lines)
+
+
+def gauss_points(nodes: Array) -> tuple[Array, Array]:
+    """Return points and weights of Gauss' rule of three points on each interval between nodes."""
+    x, w = np.polynomial.legendre.leggauss(3)
+    half = np.diff(nodes)[:, None] / 2.0
+    points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * x
+    return points.ravel(), (half * w).ravel()
+
+
+def _turned_back(compliance: Array, q: Array, vector: Array) -> Array:
+    return np.asarray(np.einsum("nij,nkj,nk->ni", compliance, frames.matrix_of_quaternion(q), vector))
+
+
+def _vector(values: Array) -> str:
+    return "(" + ", ".join(f"{value:.9g}" for value in values) + ")"

@@ -1,0 +1,1 @@
+"""Equilibria: one file per method."""

@@ -1,0 +1,144 @@
+"""A problem in the numbers that the kernels read: dimensionless, as piecewise polynomials of s.
+
+Lengths are divided by the rod's length L, forces by EI / L^2 and moments by EI / L with a mean bending stiffness EI,
+so that a micrometre filament and a kilometre of cable give the same numbers. Positions count from a held end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels import rod_equations
+from darboux.kernels.rod_equations import (
+    BINV,
+    DEAD_FORCE,
+    DEAD_MOMENT,
+    FOLLOWER_FORCE,
+    FOLLOWER_MOMENT,
+    FORCE_GRADIENT,
+    K0,
+    SINV,
+    WIDTH,
+)
+from darboux.problem import Equilibrium
+
+Array = NDArray[np.float64]
+
+DEGREE = 7
+TOLERANCE = 1e-12  # of a polynomial piece, relative to the column's largest value
+NARROWEST = 2.0**-44  # a jump is enclosed by pieces down to this width, relative to L
+MOST_PIECES = 4000
+PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # the order in which symmetric matrices are stored
+LOADS = slice(DEAD_FORCE, WIDTH)  # the columns that grow with the load factor
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The units of the dimensionless numbers and the origin (3,) of the positions."""
+
+    length: float
+    force: float
+    moment: float
+    origin: Array
+
+    @classmethod
+    def of(cls, problem: Equilibrium) -> Scale:
+        L = problem.rod.length
+        stiffness = problem.rod.stiffness(np.linspace(0.0, L, 17))
+        EI = float(np.exp(np.mean(np.log(stiffness.EI1) + np.log(stiffness.EI2)) / 2.0))
+        held = problem.start if problem.start.holds else problem.end
+        return cls(L, EI / L**2, EI / L, np.array(held.position))
+
+    @property
+    def state(self) -> Array:
+        """The units of the 13 states r, q, n, m."""
+        return np.repeat([self.length, 1.0, self.force, self.moment], [3, 4, 3, 3])
+
+
+@dataclass(frozen=True)
+class Table:
+    """Piecewise polynomials on [0, 1]: breaks (p + 1,), coefficients (p, degree + 1, WIDTH), lowest power first."""
+
+    breaks: Array
+    coefficients: Array
+
+    @property
+    def degree(self) -> int:
+        return self.coefficients.shape[1] - 1
+
+    def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
+        """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""
+        scaled = self.coefficients.copy()
+        scaled[:, :, LOADS] *= load_factor
+        scaled[:, 0, SINV + 2] += slack
+        return Table(self.breaks, scaled)
+
+
+def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:
+    """Return the dimensionless coefficients of the rod equations at x = s / L (n,): (n, WIDTH)."""
+    s = x * scale.length
+    L, force, moment = scale.length, scale.force, scale.moment
+    compliance, shear = problem.rod.compliance(s)
+    loads = problem.distributed(s)
+    result = np.empty((len(x), WIDTH))
+    result[:, BINV : BINV + 6] = np.stack([compliance[:, i, j] for i, j in PAIRS], axis=1) * (moment * L)
+    result[:, SINV : SINV + 6] = np.stack([shear[:, i, j] for i, j in PAIRS], axis=1) * force
+    result[:, K0 : K0 + 3] = problem.rod.k0(s) * L
+    result[:, DEAD_FORCE : DEAD_FORCE + 3] = (loads.a + np.einsum("nij,j->ni", loads.C, scale.origin)) * (L / force)
+    result[:, FORCE_GRADIENT : FORCE_GRADIENT + 9] = loads.C.reshape(len(x), 9) * (L**2 / force)
+    result[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] = loads.b * (L / force)
+    result[:, DEAD_MOMENT : DEAD_MOMENT + 3] = loads.la * (L / moment)
+    result[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] = loads.lb * (L / moment)
+    return result
+
+
+def slopes(c: Array, y: Array) -> Array:
+    """Return dy/dx (n, 13) of the states y (n, 13) by the rod equations with the coefficients c (n, WIDTH)."""
+    dy = np.empty_like(y)
+    for i in range(len(y)):
+        rod_equations.derivative(y[i], c[i], dy[i])
+    return dy
+
+
+def table(problem: Equilibrium, scale: Scale) -> Table:
+    """Return the coefficients of a problem as piecewise polynomials; one constant piece where nothing varies."""
+    if problem.uniform:
+        return Table(np.array([0.0, 1.0]), columns(problem, scale, np.array([0.5]))[:, None, :])
+    breaks = [0.0, *(s / scale.length for s in problem.breaks), 1.0]
+    return piecewise(lambda x: columns(problem, scale, x), breaks)
+
+
+def inside_mean(values: Array) -> Array:
+    return np.asarray(np.mean(values, axis=0, keepdims=True))
+
+
+def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
+    """Fit a function of x by polynomials of degree 7 on pieces that are halved until they meet the tolerance."""
+    t = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # Chebyshev points of the second kind on [0, 1]
+    probes = 0.5 * (t[:-1] + t[1:])
+    powers = np.arange(DEGREE + 1)
+    inverse = np.linalg.inv(t[:, None] ** powers)
+    probe_matrix = probes[:, None] ** powers
+    largest = np.max(np.abs(function(np.linspace(0.0, 1.0, 65))), axis=0)
+    todo = [(a, b) for a, b in zip(breaks[:-1], breaks[1:], strict=True)][::-1]
+    starts: list[float] = []
+    pieces: list[Array] = []
+    while todo:
+        a, b = todo.pop()
+        inside = np.clip(a + (b - a) * t, a + 1e-15 * (b - a), b)
+        local = inverse @ function(inside)
+        fault = np.abs(probe_matrix @ local - function(a + (b - a) * probes))
+        if np.all(fault <= TOLERANCE * largest):
+            starts.append(a)
+            pieces.append(local / (b - a) ** powers[:, None])
+        elif b - a < NARROWEST or len(pieces) + len(todo) > MOST_PIECES:  # a jump: the mean of both sides, no more
+            starts.append(a)
+            pieces.append(np.where(powers[:, None] == 0, inside_mean(function(inside)), 0.0))
+        else:
+            middle = 0.5 * (a + b)
+            todo += [(middle, b), (a, middle)]
+    return Table(np.array([*starts, 1.0]), np.array(pieces))

@@ -1,0 +1,112 @@
+"""Follow the equilibrium that starts at the unloaded rod while all loads and displacements grow together.
+
+Natural-parameter continuation in the load factor: a tangent predictor, Newton's corrector, a step that is chosen by
+how far the rod turns. A rod has many equilibria, and Newton's method from afar lands on any of them; here no section
+may turn by more than a fraction of a radian between one equilibrium and the next, and the corrector less than the
+predictor, so that the branch is not left unnoticed. Source: E. L. Allgower and K. Georg, Introduction to Numerical
+Continuation Methods (SIAM, 2003), ch. 6 and 8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+State = TypeVar("State")
+
+LARGEST_PREDICTED_TURN = 0.6  # rad between neighbouring equilibria
+LARGEST_CORRECTED_TURN = 0.3  # rad by which the corrector may move a predicted shape
+WANTED_CORRECTED_TURN = 0.06  # rad; the predictor's error grows with the square of the step
+SMALLEST_STEP = 1e-7
+MOST_STEPS = 2000
+
+
+@dataclass(frozen=True)
+class Corrected(Generic[State]):
+    """An equilibrium that Newton's method reached: the state, the largest turn it took, the Jacobian's sign."""
+
+    state: State
+    turn: float
+    sign: float
+    iterations: int
+
+
+class Branch(Protocol[State]):
+    """What a method offers to be followed."""
+
+    def tangent(self, state: State, load_factor: float) -> tuple[Array, float]:
+        """Return the change of the state per unit of load factor, and the largest turn of a section in it (rad)."""
+
+    def predict(self, state: State, tangent: Array, step: float) -> State:
+        """Return the state moved along the tangent."""
+
+    def correct(self, state: State, load_factor: float) -> Corrected[State] | None:
+        """Return the equilibrium that Newton's method reaches, or None where it does not contract."""
+
+
+@dataclass
+class Path(Generic[State]):
+    """Where the path ended: the last equilibrium and its load factor (1: all the way), and what was met."""
+
+    state: State
+    load_factor: float
+    steps: int = 0
+    rejected: int = 0
+    iterations: int = 0
+    crossings: list[float] = field(default_factory=list)  # load factors at which the Jacobian's determinant changed sign
+
+
+def follow(branch: Branch[State], state: State) -> Path[State]:
+    """Follow the branch from load factor 0, where ``state`` is an equilibrium, to 1 or to where it ends."""
+    path = Path(state, 0.0)
+    sign: float | None = None
+    step = 1.0
+    while path.load_factor < 1.0 and path.steps + path.rejected < MOST_STEPS:
+        tangent, turn = branch.tangent(path.state, path.load_factor)
+        if not np.isfinite(turn):
+            return path
+        step = min(step, 1.0 - path.load_factor, LARGEST_PREDICTED_TURN / max(turn, 1e-300))
+        while True:
+            last = step >= (1.0 - path.load_factor) * (1.0 - 1e-12)
+            goal = 1.0 if last else path.load_factor + step
+            reached = branch.correct(branch.predict(path.state, tangent, goal - path.load_factor), goal)
+            if reached is not None and reached.turn <= LARGEST_CORRECTED_TURN:
+                break
+            path.rejected += 1
+            step *= 0.4 if reached is None else 0.6
+            if step < SMALLEST_STEP:
+                return path
+        if sign is not None and reached.sign != sign:
+            path.crossings.append(0.5 * (path.load_factor + goal))
+        sign = reached.sign
+        path.state, path.load_factor = reached.state, goal
+        path.steps += 1
+        path.iterations += reached.iterations
+        step *= float(np.clip(np.sqrt(WANTED_CORRECTED_TURN / max(reached.turn, 1e-12)), 0.5, 4.0))
+    return path
+
+
+def ending(path: Path[State], method: str) -> tuple[str, str]:
+    """Return the status code and the sentence for the way a path ended."""
+    percent = f"{100.0 * path.load_factor:.4g} %"
+    if path.load_factor >= 1.0:
+        if not path.crossings:
+            return "converged", "converged: the equilibrium that follows from the unloaded rod."
+        where = ", ".join(f"{100.0 * crossing:.3g} %" for crossing in path.crossings)
+        return "converged", (
+            f"converged: the equilibrium that follows from the unloaded rod; on the way, near {where} of the load, other "
+            "equilibria meet it and its stability changes. DiscreteRod() says whether it is stable."
+        )
+    if path.load_factor == 0.0:
+        return "no_convergence", (
+            f"{method} could not leave the unloaded rod: its equations are singular there, as for a straight inextensible "
+            "rod held at both ends. Bend it a little by a small load, or use DiscreteRod() with stretch=True."
+        )
+    return "folded", (
+        f"the equilibrium that follows from the unloaded rod ends at {percent} of the load: beyond a fold the rod snaps to "
+        f"another shape. The last equilibrium is in .solution; lower the load below {percent}, or load in another order."
+    )

@@ -1,0 +1,449 @@
+"""Shooting: the rod equations as initial value problems, and boundary value problems by multiple shooting.
+
+    integrate    start values k(0), n(0), frame, r(0) in, curve out: Dormand-Prince 5(4), the paper's ODE45
+    Shooting     the start values found: Newton's method on m pieces with exact sensitivities
+
+Sources: J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19; U. M. Ascher, R. M. M. Mattheij and
+R. D. Russell, Numerical Solution of Boundary Value Problems (SIAM, 1995), ch. 4 (why one long shot fails: over the
+paper's figure 5 it amplifies an error 1.5e7 times).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from darboux import checks, frames
+from darboux.checks import assign, checked_call, description
+from darboux.curve import Curve
+from darboux.errors import InvalidInput
+from darboux.kernels import dormand_prince
+from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
+from darboux.loads import EndForce, EndMoment
+from darboux.problem import Equilibrium
+from darboux.rod import Rod
+from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
+from darboux.statics import coefficients, load_path
+from darboux.statics.coefficients import Scale, Table, columns, slopes
+from darboux.supports import Clamped, Support
+
+Array = NDArray[np.float64]
+
+FIRST_PIECES = 16
+LARGEST_GROWTH = 1e3  # of an error over one piece; a piece that exceeds it is halved
+PATH_RTOL = 1e-6  # on the way the branch must be kept, not measured
+SLACK = 1e-3  # compliance of stretch lent to an inextensible rod held at both ends while it is on the way
+LOWER, UPPER = 19, 18  # bandwidths of the Newton matrix, see `_matrix`
+MOST_STEPS = 100_000
+FAILED = {1: "it took too many steps", 2: "its step became too small", 3: "its numbers overflowed"}
+
+
+@checked_call
+def integrate(
+    rod: Rod,
+    k: Any,
+    n: Any = (0.0, 0.0, 0.0),
+    *,
+    position: Any = (0.0, 0.0, 0.0),
+    frame: Any = None,
+    loads: Any = (),
+    points: int = 201,
+    rtol: float = 1e-8,
+    throw: bool = True,
+) -> EquilibriumSolution:
+    """Integrate the rod equations from s = 0, where all states are given, to the rod's end.
+
+        r' = R v,  R' = R [k]_x,  n' = -f,  m' = -r' x n - l,   m(0) = R B (k(0) - k0)
+
+    Arguments: ``rod``; ``k`` (3,) curvature and twist at s = 0 in 1/m, section's frame; ``n`` (3,) inner force at
+    s = 0 in N, fixed frame; ``position`` (3,) in m; ``frame`` (3, 3), columns d1, d2, d3 (default d_i = e_i);
+    ``loads`` along the rod; ``points`` outputs, evenly spaced; ``rtol`` relative error per step; ``throw`` whether a
+    failure raises. Returns the equilibrium of the clamped rod that carries n and m of the curve's end as end loads.
+    Raises ``InvalidInput`` and ``NotConverged`` (where the integration breaks down).
+    Source: the paper, eqs. (14) and (17), in right-handed frames.
+    """
+    points = checks.whole("integrate.points", points, 2)
+    rtol = checks.positive("integrate.rtol", rtol)
+    clamp = Clamped(position=position) if frame is None else Clamped(position=position, frame=frame)
+    problem = Equilibrium(rod, start=clamp, loads=loads)
+    if any(load.place is not None for load in problem.loads):
+        raise InvalidInput("integrate takes loads along the rod; at the start give n and k, at the end they come out.")
+    scale = Scale.of(problem)
+    table = coefficients.table(problem, scale)
+    B = np.linalg.inv(rod.compliance(np.zeros(1))[0][0])
+    moment = clamp.R @ (B @ (checks.array("integrate.k", k, (3,), "1/m") - rod.k0(np.zeros(1))[0]))
+    force = checks.array("integrate.n", n, (3,), "N")
+    y0 = np.concatenate([np.zeros(3), frames.quaternion_of_matrix(clamp.R), force / scale.force, moment / scale.moment])
+
+    began = time.perf_counter()
+    x = np.linspace(0.0, 1.0, points)
+    states = np.full(points * STATES, np.nan)
+    data = (table.breaks, table.coefficients.ravel(), table.degree)
+    code, steps, rejected, evaluations = dormand_prince.integrate(y0, x, *data, rtol, 1e-2 * rtol, MOST_STEPS, states)
+    seconds = time.perf_counter() - began
+    y = states.reshape(points, STATES)
+    good = int(np.sum(np.cumprod(np.all(np.isfinite(y), axis=1))))
+    status = Status("converged", "integrated from end to end.")
+    if code != 0:
+        status = Status(
+            "no_convergence",
+            f"the integration stopped at s = {x[max(good - 1, 0)] * rod.length:.6g} m: {FAILED[code]}. "
+            "Start values this large wind the rod without end; check k and n, or solve a boundary value problem instead.",
+        )
+    x, y = x[: max(good, 2)], np.nan_to_num(y[: max(good, 2)])
+    y[:, ROTATION:FORCE] /= np.linalg.norm(y[:, ROTATION:FORCE], axis=1, keepdims=True)
+    curve = Curve(x * rod.length, y * scale.state + _shift(scale), slopes(columns(problem, scale, x), y) * scale.state / rod.length)
+    ends = [EndForce(curve.y[-1, FORCE:MOMENT]), EndMoment(curve.y[-1, MOMENT:])]
+    solution = EquilibriumSolution(
+        dataclasses.replace(problem, loads=(*problem.loads, *ends)),
+        "integrate",
+        rod.model,
+        status,
+        curve,
+        statistics={"seconds": seconds, "steps": steps, "rejected": rejected, "evaluations": evaluations},
+    )
+    return solution.check() if throw else solution
+
+
+def _shift(scale: Scale) -> Array:
+    return np.concatenate([scale.origin, np.zeros(STATES - 3)])
+
+
+@description
+class Shooting:
+    """Multiple shooting for the two-point boundary value problem, in 13 states per node.
+
+    Each piece is integrated by Dormand-Prince 5(4) together with its sensitivities; Newton's method closes the gaps
+    between the pieces and meets the end conditions (an almost block diagonal system, solved as a band). The branch that
+    starts at the unloaded rod is followed. Error: that of the integration, near ``rtol``. Domain: any single rod with
+    clamped and free ends; smooth or piecewise smooth data.
+
+    Arguments: ``rtol`` relative error per integration step of the final answer; ``pieces`` how many pieces to begin
+    with (more are added where a piece amplifies errors).
+    """
+
+    rtol: float = 1e-11
+    pieces: int = FIRST_PIECES
+
+    def __post_init__(self) -> None:
+        rtol = checks.positive("shooting.rtol", self.rtol)
+        if not 1e-14 <= rtol <= 1e-3:
+            raise InvalidInput(f"shooting.rtol is {rtol:g}; it must lie between 1e-14 and 1e-3.")
+        assign(self, rtol=rtol, pieces=checks.whole("shooting.pieces", self.pieces, 1))
+
+    def __str__(self) -> str:
+        return f"Shooting(rtol={self.rtol:g})"
+
+    def refuses(self, problem: Equilibrium) -> str | None:
+        """Return why this method can't state the problem, or None."""
+        return None
+
+    def solve(self, problem: Equilibrium) -> EquilibriumSolution:
+        """Return the equilibrium that follows from the unloaded rod; the status says whether the path got there."""
+        began = time.perf_counter()
+        pieces = _Pieces(problem, self.pieces)
+        with np.errstate(all="ignore"):  # a Newton step that leaves the numbers' range is rejected by the path
+            path = load_path.follow(pieces, pieces.unloaded())
+            error = None
+            nodes, converged = path.state, path.load_factor == 1.0
+            if converged:
+                coarse = pieces.polish(nodes, 10.0 * self.rtol)
+                fine = None if coarse is None else pieces.polish(coarse, self.rtol)
+                converged = fine is not None
+                if coarse is not None and fine is not None:
+                    error = float(np.max(np.linalg.norm(fine.y[:, :3] - coarse.y[:, :3], axis=1))) * problem.rod.length
+                    nodes = fine
+        code, message = load_path.ending(path, "Shooting")
+        if path.load_factor == 1.0 and not converged:
+            code, message = "no_convergence", (
+                f"Newton's method did not settle at rtol = {self.rtol:g}; the answer at rtol = {PATH_RTOL:g} is in .solution. "
+                "Ask for a larger rtol."
+            )
+        return EquilibriumSolution(
+            problem,
+            self,
+            problem.rod.model,
+            Status(code, message),
+            pieces.curve(nodes, path.load_factor, self.rtol),
+            load_factor=path.load_factor,
+            error=ErrorEstimate(error),
+            statistics={
+                "seconds": time.perf_counter() - began,
+                "pieces": len(nodes.x) - 1,
+                "load_steps": path.steps,
+                "rejected_steps": path.rejected,
+                "newton_iterations": path.iterations,
+                "crossings": tuple(path.crossings),
+            },
+        )
+
+
+@dataclass(frozen=True)
+class _Nodes:
+    """The states y (m + 1, 13) at the nodes x (m + 1,) between the pieces, dimensionless."""
+
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True)
+class _Shot:
+    """What one pass over the pieces gives: the residual, the factored Newton matrix, the growth of each piece."""
+
+    residual: Array
+    factors: Array
+    pivots: NDArray[np.int32]
+    growth: Array
+
+    def solve(self, right: Array) -> Array:
+        x, _ = lapack.dgbtrs(self.factors, LOWER, UPPER, right, self.pivots)
+        return np.asarray(x)
+
+    @property
+    def sign(self) -> float:
+        """The sign of the determinant."""
+        diagonal = self.factors[LOWER + UPPER]
+        swaps = np.count_nonzero(self.pivots != np.arange(len(self.pivots)))
+        return float((-1) ** (swaps + np.count_nonzero(diagonal < 0.0)))
+
+
+class _Pieces:
+    """The boundary value problem as equations between nodes, for `load_path.follow`."""
+
+    def __init__(self, problem: Equilibrium, pieces: int) -> None:
+        self.problem = problem
+        self.scale = Scale.of(problem)
+        self.table = coefficients.table(problem, self.scale)
+        self.first = np.linspace(0.0, 1.0, pieces + 1)
+        both = problem.start.holds and problem.end.holds
+        self.slack = SLACK if both and not problem.rod.stretch else 0.0
+        self.loads = {at: problem.end_load(at) for at in ("start", "end")}
+
+    # -- the unloaded rod ----------------------------------------------------------------------------------------
+
+    def unloaded(self) -> _Nodes:
+        """Return the natural shape, laid against the support that holds it."""
+        held, place = (self.problem.start, 0) if self.problem.start.holds else (self.problem.end, -1)
+        y0 = np.zeros(STATES)
+        y0[ROTATION] = 1.0
+        y = np.empty((len(self.first), STATES))
+        data = self._data(0.0)
+        code, *_ = dormand_prince.integrate(y0, self.first, *data, 1e-12, 1e-14, MOST_STEPS, y.ravel())
+        if code != 0:
+            raise InvalidInput("rod.natural winds so often that its shape can't be integrated; check its unit, 1/m.")
+        R = frames.matrix_of_quaternion(y[:, ROTATION:FORCE])
+        turn = held.R @ R[place].T
+        y[:, ROTATION:FORCE] = frames.same_sign(frames.quaternion_of_matrix(turn @ R))
+        y[:, :3] = (y[:, :3] - y[place, :3]) @ turn.T
+        self.natural_end = y[-1].copy()
+        return _Nodes(self.first, y)
+
+    def _data(self, load_factor: float) -> tuple[Array, Array, int]:
+        table = self.table.loaded(load_factor, self.slack * (1.0 - load_factor))
+        return table.breaks, table.coefficients.ravel(), table.degree
+
+    # -- the end conditions, as conjugate pairs ------------------------------------------------------------------
+
+    def _pose(self, at: str, support: Support, load_factor: float) -> tuple[Array, Array]:
+        """Return position and quaternion that a support prescribes; an end pose grows from that of the natural shape."""
+        position = (np.array(support.position) - self.scale.origin) / self.scale.length
+        q = frames.quaternion_of_matrix(support.R)
+        if at == "end" and self.problem.start.holds:
+            natural = self.natural_end
+            position = (1.0 - load_factor) * natural[:3] + load_factor * position
+            q = frames.between(natural[ROTATION:FORCE], q, load_factor)
+        return position, q
+
+    def _end_rows(self, at: str, y: Array, load_factor: float) -> tuple[Array, Array]:
+        """Return six conditions on the state at an end, and their derivative (6, 13): displacement or force, turn or moment."""
+        support = getattr(self.problem, at)
+        position, q = self._pose(at, support, load_factor)
+        outward = 1.0 if at == "end" else -1.0
+        load = self.loads[at]
+        force = outward * load_factor * load.force / self.scale.force
+        moment = outward * load_factor * load.moment / self.scale.moment
+        turn = _turn_matrix(q)
+        turn = turn if float(q @ y[ROTATION:FORCE]) >= 0.0 else -turn
+        rows, values = np.zeros((6, STATES)), np.empty(6)
+        for i in range(3):
+            if support.held_displacement[i]:
+                rows[i, POSITION + i], values[i] = 1.0, y[POSITION + i] - position[i]
+            else:
+                rows[i, FORCE + i], values[i] = 1.0, y[FORCE + i] - force[i]
+            if support.held_rotation[i]:
+                rows[3 + i, ROTATION:FORCE], values[3 + i] = turn[i], turn[i] @ y[ROTATION:FORCE]
+            else:
+                rows[3 + i, MOMENT + i], values[3 + i] = 1.0, y[MOMENT + i] - moment[i]
+        return values, rows
+
+    # -- Newton's equations --------------------------------------------------------------------------------------
+
+    def shoot(self, nodes: _Nodes, load_factor: float, rtol: float) -> _Shot | None:
+        """Integrate every piece with its sensitivities and factor Newton's matrix; None where a piece breaks down.
+
+        Unknowns: the states y_0 ... y_m. Rows, with Y_i(y_i) the state that piece i reaches and P_i = dY_i/dy_i:
+
+            y_0            y_1    ...     y_m
+            [A_0                             ]   six conditions at the start and |q|^2 = 1
+            [P_0            -1               ]   Y_0(y_0) - y_1 = 0
+            [                P_1   -1        ]   ...
+            [                         A_m    ]   six conditions at the end
+        """
+        pieces = len(nodes.x) - 1
+        reached, P = np.empty((pieces, STATES)), np.empty((pieces, STATES, STATES))
+        data = self._data(load_factor)
+        for i in range(pieces):
+            ends = (nodes.y[i], nodes.x[i], nodes.x[i + 1])
+            code, *_ = dormand_prince.integrate_sensitivity(
+                *ends, *data, rtol, 1e-2 * rtol, MOST_STEPS, reached[i], P[i].ravel()
+            )
+            if code != 0:
+                return None
+        start, A0 = self._end_rows("start", nodes.y[0], load_factor)
+        end, Am = self._end_rows("end", nodes.y[-1], load_factor)
+        q = nodes.y[0, ROTATION:FORCE]
+        norm = np.zeros((1, STATES))
+        norm[0, ROTATION:FORCE] = 2.0 * q
+        residual = np.concatenate([start, [q @ q - 1.0], (reached - nodes.y[1:]).ravel(), end])
+        band = _band(np.vstack([A0, norm]), P, Am)
+        if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(band))):
+            return None
+        factors, pivots, _ = lapack.dgbtrf(band, LOWER, UPPER)
+        growth = np.linalg.norm(P, ord=2, axis=(1, 2))
+        return _Shot(residual, factors, pivots, growth)
+
+    def newton(self, nodes: _Nodes, load_factor: float, rtol: float, most: int) -> tuple[_Nodes, _Shot, float, int] | None:
+        """Return nodes, last pass, the largest turn and the iterations of Newton's method; None unless it contracts."""
+        turn, last = 0.0, np.inf
+        y = nodes.y
+        for iteration in range(1, most + 1):
+            shot = self.shoot(_Nodes(nodes.x, y), load_factor, rtol)
+            if shot is None:
+                return None
+            change = -shot.solve(shot.residual).reshape(y.shape)
+            size = _size(change, y)
+            if not np.isfinite(size) or size > max(0.5 * last, 10.0 * rtol):
+                return None
+            y = y + change
+            turn += float(2.0 * np.max(np.linalg.norm(change[:, ROTATION:FORCE], axis=1)))
+            if size <= rtol:
+                return _Nodes(nodes.x, y), shot, turn, iteration
+            last = size
+        return None
+
+    # -- for load_path.follow ------------------------------------------------------------------------------------
+
+    def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:
+        """Solve J dy/d(load factor) = -dF/d(load factor), the right side by a difference of two passes."""
+        step = 1e-6
+        here = self.shoot(state, load_factor, PATH_RTOL)
+        there = self.shoot(state, load_factor + step, PATH_RTOL)
+        if here is None or there is None:
+            return np.zeros_like(state.y), np.inf
+        change = -here.solve((there.residual - here.residual) / step).reshape(state.y.shape)
+        return change, float(2.0 * np.max(np.linalg.norm(change[:, ROTATION:FORCE], axis=1)))
+
+    def predict(self, state: _Nodes, tangent: Array, step: float) -> _Nodes:
+        return _Nodes(state.x, state.y + step * tangent)
+
+    def correct(self, state: _Nodes, load_factor: float) -> load_path.Corrected[_Nodes] | None:
+        found = self.newton(state, load_factor, PATH_RTOL, most=8)
+        if found is None:
+            return None
+        nodes, shot, turn, iterations = found
+        return load_path.Corrected(self._refined(nodes, shot.growth, load_factor), turn, shot.sign, iterations)
+
+    def _refined(self, nodes: _Nodes, growth: Array, load_factor: float) -> _Nodes:
+        """Halve the pieces that amplify an error too much."""
+        steep = np.flatnonzero(growth > LARGEST_GROWTH)
+        if len(steep) == 0 or len(nodes.x) > 4000:
+            return nodes
+        middle = 0.5 * (nodes.x[steep] + nodes.x[steep + 1])
+        states = np.empty((len(steep), 2, STATES))
+        for j, i in enumerate(steep):
+            ends = np.array([nodes.x[i], middle[j]])
+            dormand_prince.integrate(
+                nodes.y[i], ends, *self._data(load_factor), PATH_RTOL, 1e-2 * PATH_RTOL, MOST_STEPS, states[j].ravel()
+            )
+        return _Nodes(np.insert(nodes.x, steep + 1, middle), np.insert(nodes.y, steep + 1, states[:, 1], axis=0))
+
+    def polish(self, nodes: _Nodes, rtol: float) -> _Nodes | None:
+        """Return the nodes at full load to the given tolerance."""
+        found = self.newton(nodes, 1.0, rtol, most=12)
+        return None if found is None else found[0]
+
+    # -- the answer ----------------------------------------------------------------------------------------------
+
+    def curve(self, nodes: _Nodes, load_factor: float, rtol: float) -> Curve:
+        """Return every accepted step of a last integration of the pieces, in SI units."""
+        data = self._data(load_factor)
+        inner = self.table.breaks[1:-1]
+        x, y, dy = [], [], []
+        for i in range(len(nodes.x) - 1):
+            cuts = [nodes.x[i], *inner[(inner > nodes.x[i]) & (inner < nodes.x[i + 1])], nodes.x[i + 1]]
+            state = nodes.y[i]
+            for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+                steps = self._steps(state, a, b, data, rtol)
+                x.append(steps[0])
+                y.append(steps[1])
+                dy.append(steps[2])
+                state = steps[1][-1]
+        s, states, derivatives = np.concatenate(x), np.concatenate(y), np.concatenate(dy)
+        keep = np.ones(len(s), dtype=bool)  # where two pieces meet smoothly, one node is enough
+        smooth = np.max(np.abs(np.diff(derivatives, axis=0)), axis=1) <= 1e-6 * (1.0 + np.max(np.abs(derivatives)))
+        keep[1:] = (np.diff(s) > 0.0) | ~smooth
+        unit = self.scale.state
+        states = states[keep]
+        states[:, ROTATION:FORCE] /= np.linalg.norm(states[:, ROTATION:FORCE], axis=1, keepdims=True)
+        shifted = states * unit + _shift(self.scale)
+        return Curve(s[keep] * self.scale.length, shifted, derivatives[keep] * unit / self.scale.length)
+
+    def _steps(self, y0: Array, a: float, b: float, data: Any, rtol: float) -> tuple[Array, Array, Array]:
+        capacity = 256
+        while True:
+            x, y, dy = np.empty(capacity), np.empty((capacity, STATES)), np.empty((capacity, STATES))
+            code, count, *_ = dormand_prince.integrate_mesh(y0, a, b, *data, rtol, 1e-2 * rtol, x, y.ravel(), dy.ravel())
+            if code != 1 or capacity > MOST_STEPS:
+                return x[:count], y[:count], dy[:count]
+            capacity *= 4
+
+
+def _size(change: Array, y: Array) -> float:
+    """Return the largest change of a node: of r and q as they are, of n and m relative to their own size."""
+    parts = [slice(POSITION, ROTATION), slice(ROTATION, FORCE), slice(FORCE, MOMENT), slice(MOMENT, STATES)]
+    sizes = []
+    for part in parts:
+        largest = 1.0 + float(np.max(np.linalg.norm(y[:, part], axis=1)))
+        sizes.append(float(np.max(np.linalg.norm(change[:, part], axis=1))) / largest)
+    return max(sizes)
+
+
+def _turn_matrix(q: Array) -> Array:
+    """Return T (3, 4) with T y = 2 vec(y q*): the small turn, fixed frame, from the quaternion q to y."""
+    w, x, y, z = q
+    return 2.0 * np.array([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
+
+
+def _band(A0: Array, P: Array, Am: Array) -> Array:
+    """Return Newton's matrix in LAPACK's band form, with room for the factors above: (2 LOWER + UPPER + 1, 13 (m + 1))."""
+    pieces = len(P)
+    band = np.zeros((2 * LOWER + UPPER + 1, STATES * (pieces + 1)))
+
+    def put(block: Array, row: int, column: int) -> None:
+        rows, columns_ = np.indices(block.shape)
+        rows, columns_ = rows + row, columns_ + column
+        band[LOWER + UPPER + rows - columns_, columns_] = block
+
+    put(A0, 0, 0)
+    minus_one = -np.eye(STATES)
+    for i in range(pieces):
+        put(P[i], 7 + STATES * i, STATES * i)
+        put(minus_one, 7 + STATES * i, STATES * (i + 1))
+    put(Am, 7 + STATES * pieces, STATES * pieces)
+    return band

@@ -1,0 +1,49 @@
+"""One call for every method."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from darboux import checks
+from darboux.checks import checked_call
+from darboux.errors import InvalidInput
+from darboux.problem import Equilibrium
+from darboux.solution import EquilibriumSolution
+from darboux.statics.shooting import Shooting
+
+
+class Method(Protocol):
+    """What a method is: it says which problems it can't state, and solves the others."""
+
+    def refuses(self, problem: Equilibrium) -> str | None:
+        """Return why this method can't state the problem, in one sentence, or None."""
+
+    def solve(self, problem: Equilibrium) -> EquilibriumSolution:
+        """Return the solution; its status says whether the method converged."""
+
+
+@checked_call
+def solve(problem: Equilibrium, method: Any = None, *, throw: bool = True) -> EquilibriumSolution:
+    """Find the equilibrium that follows from the unloaded rod as all loads grow together.
+
+    Arguments: ``problem`` an ``Equilibrium``; ``method`` ``Shooting()`` (the default), ``Elastica()`` or
+    ``DiscreteRod()``; ``throw`` whether a solve that does not converge raises. Returns an ``EquilibriumSolution``.
+    Raises ``InvalidInput`` where the method can't state the problem, and ``NotConverged``, whose ``solution`` holds
+    what was reached, unless ``throw`` is False.
+    """
+    checks.instance("solve.problem", problem, Equilibrium, "an Equilibrium")
+    method = checked_method("solve.method", Shooting() if method is None else method)
+    refusal = method.refuses(problem)
+    if refusal:
+        raise InvalidInput(refusal)
+    solution = method.solve(problem)
+    return solution.check() if throw else solution
+
+
+def checked_method(field: str, method: Any) -> Method:
+    """Return the method, or say that it is none (a class without its brackets is the usual slip)."""
+    if isinstance(method, type) or not (hasattr(method, "solve") and hasattr(method, "refuses")):
+        name = method.__name__ if isinstance(method, type) else checks.shown(method)
+        hint = f" Did you mean {name}()?" if isinstance(method, type) else ""
+        raise InvalidInput(f"{field} is {name}; it must be a method, such as Shooting() or DiscreteRod(segments=50).{hint}")
+    return method  # type: ignore[no-any-return]
