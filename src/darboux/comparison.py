@@ -92,11 +92,11 @@ class Comparison:
                 sentences.append(f"{pair} do not agree: {gap:.1e} L apart, so they found different equilibria.")
         return " ".join(sentences)
 
-    def table(self) -> Table:
+    def table(self, title: str = "Agreement of the methods") -> Table:
         """Return the table as a rich renderable."""
         from rich.table import Table
 
-        table = Table(title="Agreement of the methods", caption=self.verdict, caption_justify="left")
+        table = Table(title=title, title_justify="left", caption=self.verdict, caption_justify="left")
         table.add_column("method", min_width=11, overflow="fold")
         for column in ("model", "tip (m)", "max |dr| / L", "tip |dr| / L", "end moments", "energy", "order", "time (s)"):
             table.add_column(column, justify="left" if column in ("model", "tip (m)") else "right", no_wrap=column != "tip (m)")

@@ -67,12 +67,12 @@ def frame_of_helix(k: object, axis: object = (0.0, 0.0, 1.0)) -> Array:
 def smallest_rotation(a: Array, b: Array) -> Array:
     """Return the rotation by the smallest angle that takes the unit vector a to the unit vector b: (3, 3).
 
-        Q = c I + [a x b]_x + (a x b)(a x b)^T / (1 + c),  c = a . b;  for c = -1 half a turn about a normal of a.
+    Half a turn about a, then half a turn about the bisector h of a and b (a normal of a where b = -a):
+
+        Q = (2 h h^T - 1)(2 a a^T - 1)
     """
-    w, c = np.cross(a, b), float(a @ b)
-    if 1.0 + c < 1e-14:
-        normal = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
-        normal /= np.linalg.norm(normal)
-        return np.asarray(2.0 * np.outer(normal, normal) - np.eye(3))
-    cross = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
-    return np.asarray(c * np.eye(3) + cross + np.outer(w, w) / (1.0 + c))
+    h = a + b if a @ b > 0.0 else np.cross(np.cross(a, b), a - b)  # along a + b too, and exact where that cancels
+    if not np.any(h):
+        h = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
+    h /= np.linalg.norm(h)
+    return np.asarray((2.0 * np.outer(h, h) - np.eye(3)) @ (2.0 * np.outer(a, a) - np.eye(3)))

@@ -96,11 +96,11 @@ def evaluate(field: str, function: Callable[[Array], Any], s: Array, shape: tupl
             f"{field} is a function that failed on an array of {len(s)} arc lengths: {type(error).__name__}: {error}. "
             "It must take a NumPy array s and return one value (or row of 3) for each."
         ) from error
+    if isinstance(raw, tuple | list) and shape == (3,) and any(np.ndim(component) for component in raw):
+        raw = np.stack(np.broadcast_arrays(*raw, s)[:-1], axis=-1)  # three components, each an array or a number
     values = np.array(raw, dtype=float)
     if values.shape == shape:  # a function that returns a constant
         values = np.broadcast_to(values, (len(s), *shape)).copy()
-    if values.shape == (3, len(s)) and shape == (3,) and len(s) != 3:
-        values = values.T.copy()  # (kx, ky, kz) as three arrays
     if values.shape != (len(s), *shape):
         raise InvalidInput(
             f"{field} is a function that returned the shape {values.shape} for {len(s)} arc lengths; "

@@ -30,7 +30,8 @@ def run(y0, table, outputs=UNIT, breaks=UNIT, rtol=1e-10, atol=1e-12, max_steps=
     table = np.asarray(table, dtype=float).reshape(len(breaks) - 1, -1, WIDTH)
     result = np.full((len(outputs), STATES), np.nan)
     degree = table.shape[1] - 1
-    report = integrate(y0, outputs, breaks, table.ravel(), degree, rtol, atol, max_steps, result.ravel())
+    tolerances = float(rtol), float(atol)
+    report = integrate(y0, outputs, breaks, table.ravel(), degree, *tolerances, max_steps, result.ravel())
     return result, report
 
 
@@ -84,7 +85,7 @@ def straight():
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
 def test_unloaded_rod_of_constant_curvature_is_a_helix(rtol):
-    """R(s) = exp(s [k0 x]), r(s) = int R e3; with N = [k x], k = |k0|: s + (1 - cos ks) N/k^2 + (ks - sin ks) N^2/k^3."""
+    """R(s) = exp(s [k0 x]), r(s) = int R e3; N = [k x]: s + (1 - cos ks) N/k^2 + (ks - sin ks) N^2/k^3."""
     y0, c = straight()
     k0 = np.array([-25, 10, -25]) * 0.3
     c[K0 : K0 + 3] = k0
@@ -135,7 +136,7 @@ def order(errors, steps):
 
 def one_step(h, part):
     """The error, from one single step h, at the fraction `part` of it."""
-    y0, c = general(3)
+    y0, c = general(4)
     s = np.array([0, part * h, h])
     y, (_, steps, *_) = run(y0, c, s, rtol=1e6, atol=1e6)
     exact, _ = run(y0, c, s, rtol=1e-13, atol=1e-13)
@@ -146,21 +147,21 @@ def one_step(h, part):
 @pytest.mark.parametrize(("part", "expected"), [(1.0, 6), (0.4, 5)])
 def test_one_step_has_the_declared_order(part, expected):
     """The local error of order p + 1: the step is of order 5, its continuous extension of order 4."""
-    h = np.array([0.2, 0.1, 0.05])
+    h = np.array([0.1, 0.05, 0.025])
     measured = order([one_step(x, part) for x in h], h)
-    assert measured == pytest.approx(expected, abs=0.4), f"local order {measured:.2f}, declared {expected}"
+    assert measured == pytest.approx(expected, abs=0.3), f"local order {measured:.2f}, declared {expected}"
 
 
 def test_error_and_steps_follow_the_tolerance():
     y0, c = general(1)
     exact, _ = run(y0, c, rtol=1e-13, atol=1e-13)
-    tolerances = 10.0 ** -np.arange(5, 11)
+    tolerances = 10.0 ** -np.arange(8, 13)
     runs = [run(y0, c, rtol=t, atol=t) for t in tolerances]
     errors = [np.linalg.norm(y[1] - exact[1]) for y, _ in runs]
     steps = [report[1] for _, report in runs]
-    assert order(errors, tolerances) == pytest.approx(1, abs=0.2)
+    assert order(errors, tolerances) == pytest.approx(1, abs=0.1)
     measured = -order(errors, steps)
-    assert measured == pytest.approx(5, abs=0.8), f"error of order {measured:.2f} in the number of steps, declared 5"
+    assert measured == pytest.approx(5, abs=0.5), f"error of order {measured:.2f} in the number of steps, declared 5"
 
 
 def test_outputs_do_not_change_the_steps():
@@ -342,7 +343,8 @@ def test_sensitivity_passes_the_taylor_test():
     y1, phi, _ = sensitivity(y0, c, rtol=1e-12, atol=1e-12)
     direction = np.random.default_rng(0).normal(size=STATES)
     h = np.array([2e-3, 1e-3, 5e-4])
-    rests = [np.linalg.norm(run(y0 + x * direction, c, rtol=1e-12, atol=1e-12)[0][1] - y1 - x * phi @ direction) for x in h]
+    ends = [run(y0 + x * direction, c, rtol=1e-12, atol=1e-12)[0][1] for x in h]
+    rests = [np.linalg.norm(end - y1 - x * phi @ direction) for x, end in zip(h, ends, strict=True)]
     measured = order(rests, h)
     assert measured == pytest.approx(2, abs=0.1), f"remainder of order {measured:.3f}, expected 2"
 
@@ -350,11 +352,11 @@ def test_sensitivity_passes_the_taylor_test():
 def test_sensitivity_differentiates_the_discrete_map():
     """A single coarse step, whose error is large: its own derivative, not that of the exact flow."""
     y0, c = general(9)
-    loose = {"rtol": 1e6, "atol": 1e6}
+    loose = {"breaks": np.array([0, 0.3]), "rtol": 1e6, "atol": 1e6}
     _, phi, (_, steps, *_) = sensitivity(y0, c, **loose)
     assert steps == 1
     direction, h = np.random.default_rng(0).normal(size=STATES), 1e-5
-    ahead, behind = (run(y0 + sign * h * direction, c, **loose)[0][1] for sign in (1, -1))
+    ahead, behind = (run(y0 + sign * h * direction, c, loose["breaks"], **loose)[0][1] for sign in (1, -1))
     np.testing.assert_allclose(phi @ direction, (ahead - behind) / (2 * h), rtol=0, atol=1e-8 * np.abs(phi).max())
 
 
@@ -394,7 +396,7 @@ def test_tolerance_that_cannot_be_met():
 def test_zero_tolerance_ends():
     y0, c = general(0)
     _, (status, *_) = run(y0, c, rtol=0, atol=0)
-    assert status in (STEP_TOO_SMALL, NOT_FINITE)
+    assert status == STEP_TOO_SMALL
 
 
 @pytest.mark.parametrize("where", [0, 3, 8, 12])
@@ -413,8 +415,9 @@ def test_quaternion_of_zero_has_no_direction():
 
 
 def test_blow_up_ends():
-    """r'' = 1e8 r grows beyond every number within the rod."""
+    """The ends of a rod that cannot bend, r'' = 1e8 r, run away beyond every number before s = 1."""
     y0, c = straight()
+    c[BINV : BINV + 3] = 0
     c[SINV : SINV + 3] = 1
     c[FORCE_GRADIENT : FORCE_GRADIENT + 9] = -1e8 * np.eye(3).ravel()
     y, (status, *_) = run(y0, c, np.linspace(0, 1, 5), rtol=1e-3, atol=1e-3, max_steps=10**6)

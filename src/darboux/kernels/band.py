@@ -126,7 +126,8 @@ def fix_general(general: Array, residual: Array, fixed: NDArray[np.bool_]) -> No
 @jit
 def expand(lower: Array, n: int, general: Array) -> None:
     """Write a symmetric matrix's both sides: A[j+k, j] = A[j, j+k], and 0 where the band leaves the matrix."""
-    general[: FULL * n] = 0.0
+    for k in range(FULL * n):
+        general[k] = 0.0
     for j in range(n):
         for k in range(min(LOWER, n - j)):
             general[FULL * j + REACH + k] = lower[LOWER * j + k]

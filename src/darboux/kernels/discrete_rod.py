@@ -22,8 +22,8 @@ time, then turns them by theta about the new tangent. Derivatives are taken at t
 with each accepted step (`advance`). They are exact in this chart, holonomy included.
 
 Notation of the derivatives: w_a is a change of the unit tangent a (perpendicular to it), e_a one of the edge vector,
-P_a = I - a a^T, and a hat (A, B in the code) divides by the edge's length. A spring sees the eight unknowns
-(e_a, theta_a, e_b, theta_b), and the eleven (x_-, theta_a, x, theta_b, x_+), neighbours in the packed order.
+P_a = I - a a^T, and r_a = 1 / |a| the edge's inverse length. By edges a spring has eight unknowns, (e_a, theta_a, e_b,
+theta_b), by vertices eleven, (x_-, theta_a, x, theta_b, x_+), which are neighbours in the packed order.
 
 Sources: M. Bergou et al., Discrete elastic rods, ACM Trans. Graph. 27 (2008) 63; Discrete viscous threads, ibid. 29
 (2010) 116, for the model, the transport in time and the first derivatives. The second derivatives are derived here.
@@ -43,10 +43,15 @@ from darboux.kernels.jit import inline, jit
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
-# The workspace of one spring: 8 numbers for each of these, then its Hessian, 8 rows of 11.
-KAPPA1, KAPPA2, TWIST, CHI, PHI, SIGMA, BLOCK = 0, 8, 16, 24, 32, 40, 48
-ROW = 11
-WORK = BLOCK + 8 * ROW
+# The workspace of one spring: 8 numbers for each of these, then its Hessian by edges, 8 rows of 8, where AA is the
+# block (e_a, e_a), AB is (e_a, e_b), BB is (e_b, e_b) and ANGLE is the row of theta_a. Below the diagonal blocks
+# nothing is kept.
+KAPPA1, KAPPA2, TWIST, CHI, PHI, SIGMA, AA = 0, 8, 16, 24, 32, 40, 48
+ROW = 8
+AB, ANGLE, BB = AA + 4, AA + 3 * ROW, AA + 4 * ROW + 4
+WORK = AA + 8 * ROW
+
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 FOLDED = 1e-12  # chi below this: the tangents are antiparallel up to rounding, and the curvature is infinite
 
@@ -129,7 +134,8 @@ def mix(s: float, u: Vector, r: float, v: Vector) -> Vector:
 @inline
 def across(t: Vector, u: Vector) -> Vector:
     """P_t u = u - (t.u) t"""
-    return mix(1.0, u, -dot(t, u), t)
+    s = dot(t, u)
+    return u[0] - s * t[0], u[1] - s * t[1], u[2] - s * t[2]
 
 
 @inline
@@ -148,7 +154,8 @@ def times(S: Array, o: int, u: Vector) -> Vector:
 @inline
 def edge(x: Array, j: int) -> Vector:
     """e_j = x_j - x_{j-1}"""
-    return mix(1.0, load(x, 3 * j), -1.0, load(x, 3 * j - 3))
+    e: Vector = mix(1.0, load(x, 3 * j), -1.0, load(x, 3 * j - 3))
+    return e
 
 
 @inline
@@ -163,14 +170,16 @@ def length(x: Array, j: int, edges: int) -> float:
 @inline
 def unit(u: Vector) -> Vector:
     """u / |u|"""
-    return scaled(1.0 / math.sqrt(dot(u, u)), u)
+    size = math.sqrt(dot(u, u))
+    return u[0] / size, u[1] / size, u[2] / size
 
 
 @inline
 def transported(d: Vector, t: Vector, new: Vector) -> Vector:
     """d - (d.t') (t + t') / (1 + t.t'): the least rotation that takes t to t', applied to d across t."""
-    s = -dot(d, new) / (1.0 + dot(t, new))
-    return mix(1.0, d, s, mix(1.0, t, 1.0, new))
+    s = dot(d, new) / (1.0 + dot(t, new))
+    moved: Vector = mix(1.0, d, -s, mix(1.0, t, 1.0, new))
+    return moved
 
 
 @jit
@@ -228,7 +237,8 @@ def strains(state: State, first: int, stop: int, kappa: Array) -> None:
 def load_energy(x: Array, f: Array, C: Array, i: int) -> float:
     """E_i = -(f.x_i + x_i.C x_i / 2)"""
     u = load(x, 3 * i)
-    return -dot(mix(1.0, load(f, 3 * i), 0.5, times(C, 6 * i, u)), u)
+    work: float = dot(mix(1.0, load(f, 3 * i), 0.5, times(C, 6 * i, u)), u)
+    return -work
 
 
 @jit
@@ -261,7 +271,9 @@ def energy(state: State, rod: Elasticity, loads: Loads, parts: Array) -> float:
 
 
 @inline
-def strain_gradients(work: Array, k: Vector, a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float) -> None:
+def strain_gradients(
+    work: Array, k: Vector, a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float
+) -> None:
     """The gradients of kappa1, kappa2, m and chi by (e_a, theta_a, e_b, theta_b) into the workspace.
 
     d kappa1 = ( w_a.(b2 + c a2 - kappa1 b) - w_b.(a2 + c b2 + kappa1 a) + theta_a b.a1 - theta_b a.b1) / chi
@@ -270,18 +282,19 @@ def strain_gradients(work: Array, k: Vector, a: Vector, a1: Vector, ra: float, b
     d chi    = w_a.b + w_b.a                                        w = P e / |e| = r P e
     """
     a2, b2, c = cross(a, a1), cross(b, b1), dot(a, b)
-    chi = 1.0 + c
-    half_kb = scaled(1.0 / chi, cross(a, b))
-    store(work, KAPPA1, scaled(ra / chi, across(a, mix(1.0, mix(1.0, b2, c, a2), -k[0], b))))
-    store(work, KAPPA1 + 4, scaled(-rb / chi, across(b, mix(1.0, mix(1.0, a2, c, b2), k[0], a))))
-    store(work, KAPPA2, scaled(-ra / chi, across(a, mix(1.0, mix(1.0, b1, c, a1), k[1], b))))
-    store(work, KAPPA2 + 4, scaled(rb / chi, across(b, mix(1.0, mix(1.0, a1, c, b1), -k[1], a))))
+    per_chi = 1.0 / (1.0 + c)
+    half_kb = scaled(per_chi, cross(a, b))
+    sa, sb = ra * per_chi, rb * per_chi
+    store(work, KAPPA1, scaled(sa, across(a, mix(1.0, mix(1.0, b2, c, a2), -k[0], b))))
+    store(work, KAPPA1 + 4, scaled(-sb, across(b, mix(1.0, mix(1.0, a2, c, b2), k[0], a))))
+    store(work, KAPPA2, scaled(-sa, across(a, mix(1.0, mix(1.0, b1, c, a1), k[1], b))))
+    store(work, KAPPA2 + 4, scaled(sb, across(b, mix(1.0, mix(1.0, a1, c, b1), -k[1], a))))
     store(work, TWIST, scaled(ra, half_kb))
     store(work, TWIST + 4, scaled(rb, half_kb))
     store(work, CHI, scaled(ra, across(a, b)))
     store(work, CHI + 4, scaled(rb, across(b, a)))
-    work[KAPPA1 + 3], work[KAPPA1 + 7] = dot(b, a1) / chi, -dot(a, b1) / chi
-    work[KAPPA2 + 3], work[KAPPA2 + 7] = dot(b, a2) / chi, -dot(a, b2) / chi
+    work[KAPPA1 + 3], work[KAPPA1 + 7] = per_chi * dot(b, a1), -per_chi * dot(a, b1)
+    work[KAPPA2 + 3], work[KAPPA2 + 7] = per_chi * dot(b, a2), -per_chi * dot(a, b2)
     work[TWIST + 3], work[TWIST + 7] = -1.0, 1.0
     work[CHI + 3], work[CHI + 7] = 0.0, 0.0
 
@@ -293,50 +306,53 @@ def spring_gradient(work: Array, mu: Vector) -> None:
         work[PHI + p] = mu[0] * work[KAPPA1 + p] + mu[1] * work[KAPPA2 + p] + mu[2] * work[TWIST + p]
 
 
-@inline
-def add_spring_gradient(gradient: Array, work: Array, i: int, edges: int) -> None:
-    """phi by edges to the gradient by vertices: e_a = x - x_-, e_b = x_+ - x."""
-    o = 4 * i
-    if i > 0:
-        for p in range(3):
-            gradient[o - 4 + p] -= work[PHI + p]
-        gradient[o - 1] += work[PHI + 3]
-    for p in range(3):
-        gradient[o + p] += work[PHI + p] - work[PHI + 4 + p]
-    if i < edges:
-        gradient[o + 3] += work[PHI + 7]
-        for p in range(3):
-            gradient[o + 4 + p] += work[PHI + 4 + p]
-
-
 # Second derivatives of a spring
 #
 # With Av = mu1 a2 - mu2 a1, Bv = mu1 b2 - mu2 b1, psi = mu1 kappa1 + mu2 kappa2 = (a.Bv - b.Av) / chi, A = Av / |a| and
 # B = Bv / |b|, the Hessian of the spring's energy by (e_a, theta_a, e_b, theta_b) is
 #
-#     sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - (sigma chi'^T + chi' sigma^T) / chi + remainder
-#     sigma = mu1 grad kappa1 + mu2 grad kappa2 + (mu3 kb/4|a| - A/2, 0, mu3 kb/4|b| + B/2, 0)
+#     sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma chi'^T - chi' sigma^T + remainder
+#     sigma = (mu1 grad kappa1 + mu2 grad kappa2 + (mu3 kb / 4|a| - A / 2, 0, mu3 kb / 4|b| + B / 2, 0)) / chi
 #
-# and the remainder is short (`add_diagonal`, `add_coupling`, `add_angles`). To derive it, expand a -> a + w - |w|^2 a/2
-# and, transported, Av -> Av - (Av.w) a - (Av.w) w/2, and w = P e/|e| - (t.e) P e/|e|^2, to second order.
+# and the remainder is short (`add_direction`, `add_coupling`, `add_angles`). To derive it, expand to second order
+# a -> a + w - |w|^2 a / 2, its transported Av -> Av - (Av.w) a - (Av.w) w / 2, and w = P e / |e| - (t.e) P e / |e|^2.
 
 
 @inline
-def spring_products(work: Array, stiffness: Array, o: int, chi: float, mu: Vector, A: Vector, B: Vector) -> None:
-    """sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - (sigma chi'^T + chi' sigma^T) / chi, into the Hessian."""
+def spring_sigma(work: Array, per_chi: float, mu: Vector, A: Vector, B: Vector) -> None:
+    """sigma, the factor of chi' in the Hessian, into the workspace."""
     for p in range(8):
-        work[SIGMA + p] = mu[0] * work[KAPPA1 + p] + mu[1] * work[KAPPA2 + p]
-    for p in range(3):
-        work[SIGMA + p] += 0.5 * mu[2] * work[TWIST + p]
-        work[SIGMA + 4 + p] += 0.5 * mu[2] * work[TWIST + 4 + p]
-    add(work, SIGMA, scaled(-0.5, A))
-    add(work, SIGMA + 4, scaled(0.5, B))
+        work[SIGMA + p] = per_chi * (mu[0] * work[KAPPA1 + p] + mu[1] * work[KAPPA2 + p])
+    half = 0.5 * per_chi
+    add(work, SIGMA, mix(half * mu[2], load(work, TWIST), -half, A))
+    add(work, SIGMA + 4, mix(half * mu[2], load(work, TWIST + 4), half, B))
+
+
+@inline
+def product(work: Array, q: int, y: Vector, s: float, x: float) -> float:
+    """Entry q of a row of sum_k y_k grad kappa_k - s chi' - x sigma."""
+    stiff = y[0] * work[KAPPA1 + q] + y[1] * work[KAPPA2 + q] + y[2] * work[TWIST + q]
+    entry: float = stiff - s * work[CHI + q] - x * work[SIGMA + q]
+    return entry
+
+
+@inline
+def spring_products(work: Array, stiffness: Array, o: int) -> None:
+    """sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma chi'^T - chi' sigma^T, into the Hessian, four at a time."""
     for p in range(8):
         y = times(stiffness, o, (work[KAPPA1 + p], work[KAPPA2 + p], work[TWIST + p]))
-        s, x = work[SIGMA + p] / chi, work[CHI + p] / chi
-        for q in range(8):
-            bend = y[0] * work[KAPPA1 + q] + y[1] * work[KAPPA2 + q] + y[2] * work[TWIST + q]
-            work[BLOCK + ROW * p + q] = bend - s * work[CHI + q] - x * work[SIGMA + q]
+        s, x = work[SIGMA + p], work[CHI + p]
+        if p < 4:
+            h = AA + ROW * p
+            work[h], work[h + 1], work[h + 2], work[h + 3] = (
+                product(work, 0, y, s, x), product(work, 1, y, s, x),
+                product(work, 2, y, s, x), product(work, 3, y, s, x),
+            )  # fmt: skip
+        h = AB + ROW * p
+        work[h], work[h + 1], work[h + 2], work[h + 3] = (
+            product(work, 4, y, s, x), product(work, 5, y, s, x),
+            product(work, 6, y, s, x), product(work, 7, y, s, x),
+        )  # fmt: skip
 
 
 @inline
@@ -348,16 +364,23 @@ def add_outer(work: Array, o: int, u: Vector, v: Vector) -> None:
 
 
 @inline
-def add_diagonal(work: Array, o: int, phi: Vector, s: float, t: Vector, r: float) -> None:
-    """H_aa += s P_a / |a|^2 - (phi_a a^T + a phi_a^T) / |a|, s = (psi c - a.Bv) / chi or, behind, (psi c + b.Av) / chi.
+def add_column(work: Array, o: int, u: Vector) -> None:
+    """H += u, H the column of three at work[o:]."""
+    work[o] += u[0]
+    work[o + ROW] += u[1]
+    work[o + 2 * ROW] += u[2]
 
-    The second part is the Hessian's share in every function of direction alone.
-    """
-    half = mix(-r, phi, -0.5 * s * r * r, t)
+
+@inline
+def add_direction(work: Array, o: int, phi: Vector, s: float, t: Vector, r: float) -> None:
+    """H_aa += s P_a / |a|^2 - (phi_a a^T + a phi_a^T) / |a|, the latter for every function of direction alone."""
+    s *= r * r
+    half = mix(-r, phi, -0.5 * s, t)
     add_outer(work, o, half, t)
     add_outer(work, o, t, half)
-    for p in range(3):
-        work[o + (ROW + 1) * p] += s * r * r
+    add_column(work, o, (s, 0.0, 0.0))
+    add_column(work, o + 1, (0.0, s, 0.0))
+    add_column(work, o + 2, (0.0, 0.0, s))
 
 
 @inline
@@ -365,48 +388,36 @@ def add_coupling(
     work: Array, psi: float, twist: float, a: Vector, A: Vector, ra: float, b: Vector, B: Vector, rb: float
 ) -> None:
     """H_ab += (A chi_b'^T - chi_a' B^T) / 2 chi + P_a ([mu3 (a + b) / 2]_x - psi I) P_b / (chi |a||b|)."""
-    o = BLOCK + 4
     c = dot(a, b)
-    half, s = 0.5 / (1.0 + c), ra * rb / (1.0 + c)
+    per_chi = 1.0 / (1.0 + c)
+    s = ra * rb * per_chi
     nu, psi = 0.5 * s * twist, s * psi
-    add_outer(work, o, scaled(half, A), load(work, CHI + 4))
-    add_outer(work, o, load(work, CHI), scaled(-half, B))
-    turn = scaled(nu, cross(a, b))
-    add_outer(work, o, a, mix(1.0, mix(psi, a, -psi * c, b), -1.0, turn))
-    add_outer(work, o, mix(psi, b, -1.0, turn), b)
-    n = mix(nu, a, nu, b)
-    add(work, o, (-psi, -n[2], n[1]))
-    add(work, o + ROW, (n[2], -psi, -n[0]))
-    add(work, o + 2 * ROW, (-n[1], n[0], -psi))
+    turn, n = scaled(nu, cross(a, b)), mix(nu, a, nu, b)
+    add_outer(work, AB, scaled(0.5 * per_chi, A), load(work, CHI + 4))
+    add_outer(work, AB, load(work, CHI), scaled(-0.5 * per_chi, B))
+    add_outer(work, AB, a, mix(1.0, mix(psi, a, -psi * c, b), -1.0, turn))
+    add_outer(work, AB, mix(psi, b, -1.0, turn), b)
+    add(work, AB, (-psi, -n[2], n[1]))
+    add(work, AB + ROW, (n[2], -psi, -n[0]))
+    add(work, AB + 2 * ROW, (-n[1], n[0], -psi))
 
 
 @inline
 def add_angles(work: Array, a: Vector, Av: Vector, ra: float, b: Vector, Bv: Vector, rb: float) -> None:
     """What the angles add, with Av' = a x Av and Bv' = b x Bv.
 
-    (e_a, th_a) c Av'/chi|a|     (e_a, th_b)  P_a Bv'/chi|a|      (th_a, th_a)  b.Av/chi
-    (th_a, e_b) -P_b Av'/chi|b|  (e_b, th_b) -c Bv'/chi|b|        (th_b, th_b) -a.Bv/chi
+    (e_a, th_a)  c Av'/chi|a|       (e_a, th_b)  P_a Bv'/chi|a|     (th_a, th_a)  b.Av/chi
+    (th_a, e_b)  -P_b Av'/chi|b|    (e_b, th_b)  -c Bv'/chi|b|      (th_b, th_b)  -a.Bv/chi
     """
     c = dot(a, b)
-    sa, sb = ra / (1.0 + c), rb / (1.0 + c)
-    turned_a, turned_b = cross(a, Av), cross(b, Bv)
-    own_a, own_b = scaled(c * sa, turned_a), scaled(-c * sb, turned_b)
-    add(work, BLOCK + 3 * ROW, own_a)
-    add(work, BLOCK + 7 * ROW + 4, own_b)
-    add(work, BLOCK + 3 * ROW + 4, scaled(-sb, across(b, turned_a)))
-    other = scaled(sa, across(a, turned_b))
-    for_a, for_b = BLOCK + 3, BLOCK + 4 * ROW + 7
-    work[for_a] += own_a[0]
-    work[for_a + ROW] += own_a[1]
-    work[for_a + 2 * ROW] += own_a[2]
-    work[for_b] += own_b[0]
-    work[for_b + ROW] += own_b[1]
-    work[for_b + 2 * ROW] += own_b[2]
-    work[for_a + 4] += other[0]
-    work[for_a + 4 + ROW] += other[1]
-    work[for_a + 4 + 2 * ROW] += other[2]
-    work[BLOCK + 3 * (ROW + 1)] += dot(b, Av) / (1.0 + c)
-    work[BLOCK + 7 * (ROW + 1)] -= dot(a, Bv) / (1.0 + c)
+    per_chi = 1.0 / (1.0 + c)
+    turned_a, turned_b = scaled(per_chi, cross(a, Av)), scaled(per_chi, cross(b, Bv))
+    add_column(work, AA + 3, scaled(c * ra, turned_a))
+    add_column(work, AB + 3, scaled(ra, across(a, turned_b)))
+    add_column(work, BB + 3, scaled(-c * rb, turned_b))
+    add(work, ANGLE + 4, scaled(-rb, across(b, turned_a)))
+    work[ANGLE + 3] += per_chi * dot(b, Av)
+    work[BB + 3 * ROW + 3] -= per_chi * dot(a, Bv)
 
 
 @inline
@@ -414,61 +425,101 @@ def spring_hessian(
     work: Array, stiffness: Array, o: int, k: Vector, mu: Vector,
     a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float,
 ) -> None:  # fmt: skip
-    """The 8 x 8 Hessian of a spring by edges, both triangles, into the workspace."""
+    """The Hessian of a spring by edges, into the workspace."""
     c = dot(a, b)
-    chi = 1.0 + c
-    Av = mix(mu[0], cross(a, a1), -mu[1], a1)
-    Bv = mix(mu[0], cross(b, b1), -mu[1], b1)
-    psi = mu[0] * k[0] + mu[1] * k[1]
+    per_chi = 1.0 / (1.0 + c)
+    Av, Bv = mix(mu[0], cross(a, a1), -mu[1], a1), mix(mu[0], cross(b, b1), -mu[1], b1)
     A, B = scaled(ra, Av), scaled(rb, Bv)
-    spring_products(work, stiffness, o, chi, mu, A, B)
-    add_diagonal(work, BLOCK, load(work, PHI), (psi * c - dot(a, Bv)) / chi, a, ra)
-    add_diagonal(work, BLOCK + 4 * (ROW + 1), load(work, PHI + 4), (psi * c + dot(b, Av)) / chi, b, rb)
+    psi = mu[0] * k[0] + mu[1] * k[1]
+    spring_sigma(work, per_chi, mu, A, B)
+    spring_products(work, stiffness, o)
+    add_direction(work, AA, load(work, PHI), per_chi * (psi * c - dot(a, Bv)), a, ra)
+    add_direction(work, BB, load(work, PHI + 4), per_chi * (psi * c + dot(b, Av)), b, rb)
     add_coupling(work, psi, mu[2], a, A, ra, b, B, rb)
     add_angles(work, a, Av, ra, b, Bv, rb)
-    for p in range(4):
-        for q in range(4):
-            work[BLOCK + ROW * (4 + q) + p] = work[BLOCK + ROW * p + 4 + q]
 
 
-# Assembly
+# Assembly: by e_a = x - x_- and e_b = x_+ - x from edges to vertices
 
 
 @inline
-def widen(work: Array) -> None:
-    """Columns by edges (e_a, theta_a, e_b, theta_b) become columns by vertices (x_-, theta_a, x, theta_b, x_+)."""
-    for p in range(8):
-        o = BLOCK + ROW * p
-        for q in range(3):
-            by_a, by_b = work[o + q], work[o + 4 + q]
-            work[o + q] = -by_a
-            work[o + 4 + q] = by_a - by_b
-            work[o + 8 + q] = by_b
+def add_spring_gradient(gradient: Array, work: Array, i: int, edges: int) -> None:
+    """phi to the gradient. A ghost has no unknowns: its angle is left out, and its edge has no share in phi."""
+    o = 4 * i
+    if i > 0:
+        add(gradient, o - 4, scaled(-1.0, load(work, PHI)))
+        gradient[o - 1] += work[PHI + 3]
+    add(gradient, o, mix(1.0, load(work, PHI), -1.0, load(work, PHI + 4)))
+    if i < edges:
+        gradient[o + 3] += work[PHI + 7]
+        add(gradient, o + 4, load(work, PHI + 4))
 
 
 @inline
-def add_spring_hessian(lower: Array, work: Array, i: int, low: int, high: int) -> None:
-    """Rows by edges become rows by vertices, and their part right of the diagonal, by symmetry a column, is added.
+def add_at_vertex(lower: Array, work: Array, o: int) -> None:
+    """(x, x) += aa - ab - ba + bb"""
+    for q in range(3):
+        for p in range(q, 3):
+            ends = work[AA + ROW * q + p] + work[BB + ROW * q + p]
+            lower[LOWER * (o + q) + p - q] += ends - work[AB + ROW * q + p] - work[AB + ROW * p + q]
 
-    Of the eleven unknowns only those from `low` to `high` exist: vertex 0 lacks the first four, vertex N the last.
-    """
-    o = LOWER * (4 * i - 4)
+
+@inline
+def add_in_front(lower: Array, work: Array, o: int) -> None:
+    """(x_-, x_-) += aa, (x, x_-) += ba - aa, and the angle theta_a with x_- and x alike."""
+    for q in range(3):
+        column = LOWER * (o - 4 + q) - q
+        for p in range(q, 3):
+            lower[column + p] += work[AA + ROW * q + p]
+        lower[column + 3] -= work[AA + ROW * q + 3]
+        for p in range(3):
+            lower[column + 4 + p] += work[AB + ROW * q + p] - work[AA + ROW * q + p]
+    column = LOWER * (o - 1)
+    lower[column] += work[ANGLE + 3]
     for p in range(3):
-        a, b = BLOCK + ROW * p, BLOCK + ROW * (4 + p)
-        if low == 0:
-            for q in range(p, high):
-                lower[o + REACH * p + q] -= work[a + q]
-        for q in range(4 + p, high):
-            lower[o + REACH * (4 + p) + q] += work[a + q] - work[b + q]
-        if high == ROW:
-            for q in range(8 + p, high):
-                lower[o + REACH * (8 + p) + q] += work[b + q]
-    if low == 0:
-        for q in range(3, high):
-            lower[o + REACH * 3 + q] += work[BLOCK + ROW * 3 + q]
-    if high == ROW:
-        for q in range(7, high):
-            lower[o + REACH * 7 + q] += work[BLOCK + ROW * 7 + q]
+        lower[column + 1 + p] += work[AA + ROW * p + 3] - work[ANGLE + 4 + p]
+
+
+@inline
+def add_behind(lower: Array, work: Array, o: int) -> None:
+    """(x_+, x_+) += bb, (x_+, x) += ba - bb, and the angle theta_b with x and x_+ alike."""
+    for q in range(3):
+        column = LOWER * (o + q) - q
+        lower[column + 3] += work[AB + ROW * q + 3] - work[BB + ROW * q + 3]
+        for p in range(3):
+            lower[column + 4 + p] += work[AB + ROW * q + p] - work[BB + ROW * q + p]
+        for p in range(q, 3):
+            lower[column + 4 * LOWER + p] += work[BB + ROW * q + p]
+    column = LOWER * (o + 3)
+    lower[column] += work[BB + 3 * ROW + 3]
+    for p in range(3):
+        lower[column + 1 + p] += work[BB + ROW * p + 3]
+
+
+@inline
+def add_over(lower: Array, work: Array, o: int) -> None:
+    """(x_+, x_-) -= ba, and theta_b with x_-, x_+ with theta_a, theta_b with theta_a: over the vertex."""
+    for q in range(3):
+        column = LOWER * (o - 4 + q) - q
+        lower[column + 7] -= work[AB + ROW * q + 3]
+        for p in range(3):
+            lower[column + 8 + p] -= work[AB + ROW * q + p]
+    column = LOWER * (o - 1) + 4
+    lower[column] += work[ANGLE + 7]
+    for p in range(3):
+        lower[column + 1 + p] += work[ANGLE + 4 + p]
+
+
+@inline
+def add_spring_hessian(lower: Array, work: Array, i: int, edges: int) -> None:
+    """Blocks by edges become blocks by vertices. Vertex 0 has no x_- and theta_a, vertex N no theta_b and x_+."""
+    add_at_vertex(lower, work, 4 * i)
+    if i > 0:
+        add_in_front(lower, work, 4 * i)
+    if i < edges:
+        add_behind(lower, work, 4 * i)
+        if i > 0:
+            add_over(lower, work, 4 * i)
 
 
 @inline
@@ -487,14 +538,9 @@ def add_spring(
     spring_gradient(work, mu)
     add_spring_gradient(gradient, work, i, edges)
     spring_hessian(work, B, 6 * i, k, mu, a, a1, ra, b, b1, rb)
-    widen(work)
-    if i == 0:
-        add_spring_hessian(lower, work, i, 4, ROW)
-    elif i == edges:
-        add_spring_hessian(lower, work, i, 0, 7)
-    else:
-        add_spring_hessian(lower, work, i, 0, ROW)
-    return 0.5 * dot(mu, s)
+    add_spring_hessian(lower, work, i, edges)
+    value: float = 0.5 * dot(mu, s)
+    return value
 
 
 @inline
@@ -536,7 +582,8 @@ def add_loads(x: Array, f: Array, C: Array, i: int, gradient: Array, lower: Arra
     lower[column + LOWER] -= C[o + 1]
     lower[column + LOWER + 1] -= C[o + 3]
     lower[column + 2 * LOWER] -= C[o + 2]
-    return load_energy(x, f, C, i)
+    value: float = load_energy(x, f, C, i)
+    return value
 
 
 @jit
@@ -565,36 +612,43 @@ def energy_gradient_hessian(
 # Dead couples, which have no energy
 
 
+@inline
+def add_couple_tangent(general: Array, o: int, q: int, by_edge: Vector, by_angle: float) -> None:
+    """Column q of the tangent by e, from edge to vertices: x at unknown o, its angle before it, x_- before that."""
+    column = FULL * (o + q) + REACH - q
+    before = column - 4 * FULL
+    general[column - 1] += by_angle
+    general[before + 3] -= by_angle
+    for p in range(3):
+        general[column + p] += by_edge[p]
+        general[column + p - 4] -= by_edge[p]
+        general[before + p + 4] -= by_edge[p]
+        general[before + p] += by_edge[p]
+
+
 @jit
-def add_couples(state: State, M: Array, gradient: Array, general: Array) -> None:
-    """Add the residual and the tangent of couples M (3 N, fixed frame) on the edges to a general band.
+def add_couples(state: State, M: Array, residual: Array, general: Array) -> None:
+    """Add residual and tangent of dead couples M (3 N, fixed frame) on the edges, to a gradient and a general band.
 
-    A turn of the frame off the step 0 is  d phi = t x dt + (d theta + (t_0 x t).dt / (1 + t_0.t)) t, the work M.d phi:
+    Off the step 0, whose tangent is t0, an edge turns by d phi = t x dt + (d theta - (t0 x t).dt / (1 + t0.t)) t, less
+    than theta by the solid angle that t sweeps about t0. Minus the work M.d phi is, by d theta and by de,
 
-        residual   -M x t / |e|  on e              -M.t  on theta
-        tangent    -([M]_x P - (M x t) t^T + (M.t) [t]_x / 2) / |e|^2  of e by e      -P M / |e|  of theta by e
+        residual   -M.t on theta             -M x t / |e| on e
+        tangent    -P M / |e| of theta by e  -([M]_x (I - 2 t t^T) - (M.t) [t]_x / 2) / |e|^2 of e by e
 
-    It is not symmetric: turning a couple's edge about two axes in turn does work that depends on the order.
+    The tangent is not symmetric: to turn the edge about two axes in turn takes a work that depends on their order.
     """
     x, tangents, _, _ = state
     for j in range(1, M.size // 3 + 1):
         couple, t, e = load(M, 3 * j - 3), load(tangents, 3 * j), edge(x, j)
         r = 1.0 / math.sqrt(dot(e, e))
-        force, by_angle = scaled(r, cross(couple, t)), scaled(r, across(t, couple))
-        o = 4 * j
-        add(gradient, o - 4, force)
-        add(gradient, o, scaled(-1.0, force))
-        gradient[o - 1] -= dot(couple, t)
+        along = dot(couple, t)
+        force, by_angle = scaled(r, cross(couple, t)), scaled(-r, across(t, couple))
+        add(residual, 4 * j - 4, force)
+        add(residual, 4 * j, scaled(-1.0, force))
+        residual[4 * j - 1] -= along
         for q in range(3):
-            unit_q = (float(q == 0), float(q == 1), float(q == 2))
-            de = scaled(r * r, unit_q)
-            turn = mix(1.0, cross(couple, across(t, de)), 0.5 * dot(couple, t), cross(t, de))
-            column = mix(1.0, turn, -dot(t, de), cross(couple, t))
-            for p in range(3):
-                at = FULL * (o + q) + REACH + p - q
-                general[at] -= column[p]
-                general[at - 4] += column[p]
-                general[at - 4 * FULL] -= column[p]
-                general[at - 4 * FULL + 4] += column[p]
-            general[FULL * (o + q) + REACH - 1 - q] -= by_angle[q]
-            general[FULL * (o - 4 + q) + REACH + 3 - q] += by_angle[q]
+            u = AXES[q]
+            mirrored = mix(1.0, u, -2.0 * t[q], t)
+            by_edge = scaled(-r * r, mix(1.0, cross(couple, mirrored), -0.5 * along, cross(t, u)))
+            add_couple_tangent(general, 4 * j, q, by_edge, by_angle[q])

@@ -69,10 +69,10 @@ S, S_NEW, H, PROPOSAL, PREVIOUS, WORK = 200, 201, 202, 203, 204, 208
 PIECE, STEPS, REJECTED, EVALUATIONS, COUNTS = 0, 1, 2, 3, 4
 
 # The workspace of the sensitivity: 13 rows, padded to whole vectors, of the matrix at the step's start and at a stage,
-# and then its six slopes, each a matrix of its own.
+# the slope there (at a fixed place, so that the compiler sees that nothing overlaps and uses vectors), and six slopes.
 ROW = 16
 MATRIX = STATES * ROW
-PHI, PHI_STAGE, PHI_SLOPES, PHI_WORK = 0, MATRIX, 2 * MATRIX, 8 * MATRIX
+PHI, PHI_STAGE, PHI_SLOPE, PHI_SLOPES, PHI_WORK = 0, MATRIX, 2 * MATRIX, 3 * MATRIX, 9 * MATRIX
 
 
 @inline
@@ -97,11 +97,11 @@ def _stage(w: Array, y: int, k: int, size: int, along: int, apart: int, i: int, 
 
 
 @inline
-def _slope(w: Array, c: Array, profile: Profile, p: int, i: int, s: float) -> None:
-    """k_i = y'(s) of the state in the stage."""
+def _slope(w: Array, c: Array, profile: Profile, p: int, s: float, k: int) -> None:
+    """The slope y'(s) of the state in the stage, into w[k], w[k + APART], ...."""
     if profile.degree > 0:
         evaluate(profile, p, s, c)
-    write_derivative(w, STAGE, c, w, SLOPES + i - 1, APART)
+    write_derivative(w, STAGE, c, w, k, APART)
 
 
 @inline
@@ -114,7 +114,7 @@ def _trial_step(w: Array, c: Array, profile: Profile, p: int, h: float) -> None:
     else:
         for i in range(2, 8):
             _stage(w, STATE, SLOPES, STATES, APART, 1, i, h, STAGE)
-            _slope(w, c, profile, p, i, w[S] + NODES[i - 1] * h)
+            _slope(w, c, profile, p, w[S] + NODES[i - 1] * h, SLOPES + i - 1)
 
 
 @inline
@@ -132,7 +132,8 @@ def _scaled_norm(w: Array, x: int, along: int, rtol: float, atol: float) -> floa
             zz += w[STAGE + i] * w[STAGE + i]
         length = math.sqrt(max(yy, zz))
         scale = atol * (length if GROUPS[g] == ROTATION else 1.0) + rtol * length
-        total += xx / (scale * scale + TINY)
+        square = scale * scale + TINY
+        total += (xx + 0.0 * square) / square  # beyond the largest number 0 inf makes it not a number, rather than 0
     return math.sqrt(0.25 * total)
 
 
@@ -143,21 +144,23 @@ def _error(w: Array, h: float, rtol: float, atol: float) -> float:
         k = SLOPES + x * APART
         slope = E1 * w[k] + E3 * w[k + 2] + E4 * w[k + 3] + E5 * w[k + 4] + E6 * w[k + 5] + E7 * w[k + 6]
         w[ERROR + x] = h * slope
-    return _scaled_norm(w, ERROR, 1, rtol, atol)
+    error: float = _scaled_norm(w, ERROR, 1, rtol, atol)
+    return error
 
 
 @inline
 def _first_step(w: Array, c: Array, profile: Profile, p: int, longest: float, rtol: float, atol: float) -> float:
-    """Hairer's guess: min(100 h0, (0.01 / max(|y'|, |y''|))^(1/5)), h0 = 0.01 |y| / |y'|, y'' by a step h0 of Euler."""
-    slope = _scaled_norm(w, SLOPES, APART, rtol, atol)
-    h0 = min(longest, 0.01 * _scaled_norm(w, STATE, 1, rtol, atol) / slope)
+    """Hairer's guess: min(100 h0, h1), h0 = 0.01 |y| / |y'|, h1^5 = 0.01 / max(|y'|, |y''|), y'' by Euler's step h0."""
+    slope: float = _scaled_norm(w, SLOPES, APART, rtol, atol)
+    h0: float = min(longest, 0.01 * _scaled_norm(w, STATE, 1, rtol, atol) / slope)
     for x in range(STATES):
         w[STAGE + x] = w[STATE + x] + h0 * w[SLOPES + x * APART]
-    _slope(w, c, profile, p, 2, w[S] + h0)
+    _slope(w, c, profile, p, w[S] + h0, SLOPES + 1)
     for x in range(STATES):
         w[ERROR + x] = (w[SLOPES + x * APART + 1] - w[SLOPES + x * APART]) / h0
-    bend = _scaled_norm(w, ERROR, 1, rtol, atol)
-    return min(longest, min(100.0 * h0, (0.01 / max(slope, bend)) ** 0.2))
+    bend: float = _scaled_norm(w, ERROR, 1, rtol, atol)
+    h1: float = (0.01 / max(slope, bend)) ** 0.2
+    return min(longest, 100.0 * h0, h1)
 
 
 @inline
@@ -165,10 +168,11 @@ def _enter(w: Array, c: Array, counts: Counts, profile: Profile, p: int) -> None
     """Begin piece p of the coefficients: the slope at its start is the first of the next step."""
     counts[PIECE] = p
     counts[EVALUATIONS] += 1
-    evaluate(profile, p, w[S], c)
+    if profile.degree == 0:
+        evaluate(profile, p, w[S], c)  # once for the whole piece
     for x in range(STATES):
         w[STAGE + x] = w[STATE + x]
-    _slope(w, c, profile, p, 1, w[S])
+    _slope(w, c, profile, p, w[S], SLOPES + 0)
 
 
 @inline
@@ -197,8 +201,6 @@ def _next_step(
     """Try steps until one is accepted, from w[S] to w[S_NEW] <= s1, its result in the last stage; return the status."""
     if counts[STEPS] == max_steps:
         return TOO_MANY_STEPS
-    if w[S] >= profile.breaks[counts[PIECE] + 1]:
-        _enter(w, c, counts, profile, counts[PIECE] + 1)
     end = min(s1, profile.breaks[counts[PIECE] + 1])
     status, most = STEP_TOO_SMALL, GROW
     while w[PROPOSAL] > SMALLEST * max(abs(w[S]), abs(end)):
@@ -223,12 +225,15 @@ def _next_step(
 
 
 @inline
-def _accept(w: Array) -> None:
-    """The end of this step is the start of the next: y, y' and s."""
+def _accept(w: Array, c: Array, counts: Counts, profile: Profile, s1: float) -> None:
+    """The end of this step is the start of the next: y, s and y', anew where a piece of the coefficients begins."""
     for x in range(STATES):
         w[STATE + x] = w[STAGE + x]
         w[SLOPES + x * APART] = w[SLOPES + x * APART + 6]
     w[S] = w[S_NEW]
+    p = counts[PIECE] + 1
+    if w[S] < s1 and w[S] >= profile.breaks[p]:
+        _enter(w, c, counts, profile, p)
 
 
 @inline
@@ -277,7 +282,9 @@ def _step_sensitivity(w: Array, c: Array, profile: Profile, p: int, phi: Array, 
         if profile.degree > 0:
             evaluate(profile, p, w[S] + NODES[i - 1] * h, c)
         write_jacobian(w, ERROR, c, J)
-        jacobian_times(J, phi, PHI_STAGE, ROW, phi, PHI_SLOPES + (i - 1) * MATRIX)
+        jacobian_times(J, phi, PHI_STAGE, ROW, phi, PHI_SLOPE)
+        for x in range(MATRIX):
+            phi[PHI_SLOPES + (i - 1) * MATRIX + x] = phi[PHI_SLOPE + x]
     _stage(phi, PHI, PHI_SLOPES, MATRIX, 1, MATRIX, 7, h, PHI)
 
 
@@ -320,7 +327,7 @@ def integrate(
         if status == OK:
             if outputs[i] <= w[S_NEW]:
                 i = _write_outputs(w, outputs, i, result)
-            _accept(w)
+            _accept(w, c, counts, profile, s1)
     return status, counts[STEPS], counts[REJECTED], counts[EVALUATIONS]
 
 
@@ -354,9 +361,7 @@ def integrate_mesh(
     while status == OK and w[S] < s1:
         status = _next_step(w, c, counts, profile, s1, rtol, atol, nodes.size - 1)
         if status == OK:
-            _accept(w)
-            if w[S] < s1 and w[S] >= breaks[counts[PIECE] + 1]:
-                _enter(w, c, counts, profile, counts[PIECE] + 1)
+            _accept(w, c, counts, profile, s1)
             _write_node(w, counts[STEPS], nodes, states, slopes)
     return status, counts[STEPS] + 1, counts[REJECTED], counts[EVALUATIONS]
 
@@ -391,7 +396,7 @@ def integrate_sensitivity(
         status = _next_step(w, c, counts, profile, s1, rtol, atol, max_steps)
         if status == OK:
             _step_sensitivity(w, c, profile, counts[PIECE], phi, J)
-            _accept(w)
+            _accept(w, c, counts, profile, s1)
     for x in range(STATES):
         y1[x] = w[STATE + x]
         for z in range(STATES):

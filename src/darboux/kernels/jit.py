@@ -95,5 +95,5 @@ def jit(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def inline(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a small helper that every kernel inlines: nothing of it is cached on its own."""
-    return numba.njit(inline="never", **OPTIONS)(function)  # type: ignore[no-any-return]
+    """Compile a small helper that LLVM inlines into every kernel: nothing of it is cached on its own."""
+    return numba.njit(forceinline=True, **OPTIONS)(function)  # type: ignore[no-any-return]

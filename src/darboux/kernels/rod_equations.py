@@ -168,13 +168,13 @@ def _rows_times(
     q0, p0 = i + ROTATION * width, i + partner * width
     q1, q2, q3 = q0 + width, q0 + 2 * width, q0 + 3 * width
     p1, p2 = p0 + width, p0 + 2 * width
-    for row in range(rows, rows + count):
-        a = quaternion(J, row * STATES + ROTATION)
-        b = vector(J, row * STATES + partner)
-        to = j + row * width
-        for k in range(width):
-            by_rotation = a[0] * x[q0 + k] + a[1] * x[q1 + k] + a[2] * x[q2 + k] + a[3] * x[q3 + k]
-            out[to + k] = by_rotation + b[0] * x[p0 + k] + b[1] * x[p1 + k] + b[2] * x[p2 + k]
+    for k in range(width):
+        y0, y1, y2, y3 = x[q0 + k], x[q1 + k], x[q2 + k], x[q3 + k]
+        z0, z1, z2 = x[p0 + k], x[p1 + k], x[p2 + k]
+        for row in range(rows, rows + count):
+            a, b = row * STATES + ROTATION, row * STATES + partner
+            by_rotation = J[a] * y0 + J[a + 1] * y1 + J[a + 2] * y2 + J[a + 3] * y3
+            out[j + row * width + k] = by_rotation + J[b] * z0 + J[b + 1] * z1 + J[b + 2] * z2
 
 
 @inline

@@ -350,6 +350,11 @@ class _Chain:
 
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
+    def sign(self, shape: _Shape, load_factor: float) -> float:
+        self._assemble(shape, load_factor)
+        self._hold()
+        return _sign(self._factor()[0])
+
     def tangent(self, shape: _Shape, load_factor: float) -> tuple[Array, float]:
         """Solve H dx/d(load factor) = -dg/d(load factor), the right side by a difference."""
         step = 1e-6
@@ -375,7 +380,7 @@ class _Chain:
         if found is None:
             return None
         settled, turn, iterations = found
-        return load_path.Corrected(settled, turn, float((-1) ** (settled.index or 0)), iterations)
+        return load_path.Corrected(settled, turn, _sign(settled.index or 0), iterations)
 
     # -- the answer ----------------------------------------------------------------------------------------------
 
@@ -454,6 +459,11 @@ class _Chain:
         if not self.springs[1]:
             m[-1] = m[-2] - lever[-1] if self.held[1] else end
         return m
+
+
+def _sign(negative: int) -> float:
+    """Return the sign of the determinant from the number of negative pivots; 0 where it is singular."""
+    return 0.0 if negative < 0 else float((-1) ** negative)
 
 
 def nodes_along(segments: int, grading: float, start_held: bool, end_held: bool) -> Array:

@@ -49,7 +49,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse, special
 
-from darboux.statics.elastica_branch import Follower
+from darboux.statics.elastica_branch import Entries, Follower
 from darboux.statics.elastica_plane import PlaneProblem, PlaneSolution, PlaneStates
 
 Array = NDArray[np.float64]
@@ -70,10 +70,16 @@ def solve(plane: PlaneProblem) -> PlaneSolution:
     return PlaneSolution(
         code=branch.code,
         load=branch.load,
+        reached=branch.load,
+        crossings=branch.crossings,
         states=lambda s: fine.states(again, s),
         error=float(np.linalg.norm(fine.states(again, np.ones(1)).r[0] - tip)),
-        statistics={"solver": "closed form", "pieces": fine.count, "steps": walk.steps,
-                    "newton_iterations": walk.newton_iterations},
+        statistics={
+            "solver": "closed form",
+            "pieces": fine.count,
+            "steps": walk.steps,
+            "newton_iterations": walk.newton_iterations,
+        },
     )
 
 
@@ -122,24 +128,29 @@ class Pieces:
 
     @classmethod
     def of(cls, plane: PlaneProblem) -> Pieces:
+        """Return the fewest pieces with max(w, q) h <= 1 at every load up to the full one."""
         natural = float(plane.data(np.zeros(1)).k0[0])
         tip = abs(natural) + abs(plane.end_moment)  # the largest curvature of the free end on the way
         rate = np.sqrt(float(np.hypot(*plane.end_force)) + tip**2 / 4.0)
         return cls(plane.end_force, plane.end_moment, natural, max(1, int(np.ceil(rate))))
 
     def halved(self) -> Pieces:
+        """Return the same rod in twice as many pieces."""
         return Pieces(self.force, self.moment, self.natural, 2 * self.count)
 
     @property
     def nodes(self) -> Array:
+        """The ends of the pieces: (count + 1,)."""
         return np.linspace(0.0, 1.0, self.count + 1)
 
     @property
     def weights(self) -> Array:
+        """The arc length is mean (d theta)^2 + (d load)^2."""
         n = self.count + 1
         return np.concatenate([np.full(n, 1.0 / n), np.zeros(n), [1.0]])
 
     def unloaded(self) -> Array:
+        """The unknowns of the natural arc: (n,)."""
         return np.concatenate([self.natural * self.nodes, np.full(self.count + 1, self.natural)])
 
     def sampled(self, u: Array, other: Pieces) -> Array:
@@ -157,6 +168,7 @@ class Pieces:
         return np.stack(carried(theta, kappa, load * self.force, h)[:2])
 
     def residual(self, u: Array) -> Array:
+        """G(u): the clamp, (1) on every piece, the free end."""
         theta, kappa, load = self._split(u)
         ends = self._ends(theta[:-1], kappa[:-1], load)
         free = kappa[-1] - self.natural - load * self.moment
@@ -171,20 +183,18 @@ class Pieces:
         by_theta = (self._ends(a + dt, b, load) - self._ends(a - dt, b, load)) / (2.0 * dt)
         by_kappa = (self._ends(a, b + dk, load) - self._ends(a, b - dk, load)) / (2.0 * dk)
         by_load = (self._ends(a, b, load + dl) - self._ends(a, b, load - dl)) / (2.0 * dl)
-        matrix = np.eye(2 * n + 2, 2 * n + 3)
-        piece = np.arange(n)
-        theta_row, kappa_row = piece + 1, piece + n + 1
-        theta_column, kappa_column = piece, piece + n + 1
-        matrix[kappa_row, kappa_row] = 0.0  # the row of kappa_(i+1) holds -d kappa_h/d kappa_i here, 1 one further on
-        matrix[kappa_row, kappa_column + 1] = 1.0
-        for row, i in ((theta_row, 0), (kappa_row, 1)):
-            matrix[row, theta_column] -= by_theta[i]
-            matrix[row, kappa_column] -= by_kappa[i]
-            matrix[row, -1] = -by_load[i]
-        matrix[-1, -1] = -self.moment
-        return sparse.csc_matrix(matrix)
+        theta_at, kappa_at = np.arange(n), np.arange(n) + n + 1  # where those at the start of each piece stand
+        entries = Entries()
+        for rows, at, ends in ((theta_at + 1, theta_at, 0), (kappa_at, kappa_at, 1)):
+            entries.add(rows, at + 1, 1.0)
+            entries.add(rows, theta_at, -by_theta[ends])
+            entries.add(rows, kappa_at, -by_kappa[ends])
+            entries.add(rows, 2 * n + 2, -by_load[ends])
+        entries.add([0, 2 * n + 1], [0, 2 * n + 1], 1.0)
+        entries.add(2 * n + 1, 2 * n + 2, -self.moment)
+        return entries.matrix(2 * n + 2, 2 * n + 3)
 
-    def refined(self, u: Array, tolerance: float) -> None:  # noqa: ARG002
+    def refined(self, u: Array, tolerance: float) -> None:
         """A closed form has nothing to refine."""
 
     def states(self, u: Array, s: Array) -> PlaneStates:
@@ -196,6 +206,9 @@ class Pieces:
         i = np.clip((s * self.count).astype(int), 0, self.count - 1)
         angle, curvature, x, y = carried(theta[i], kappa[i], force, s - self.nodes[i])
         return PlaneStates(
-            theta=angle, kappa=curvature, moment=curvature - self.natural, r=corner[i] + np.stack([x, y], axis=1),
+            theta=angle,
+            kappa=curvature,
+            moment=curvature - self.natural,
+            r=corner[i] + np.stack([x, y], axis=1),
             n=np.broadcast_to(force, (len(s), 2)),
         )

@@ -5,7 +5,7 @@ turns about e; lengths are in units of L, forces of EI/L^2, moments of EI/L, wit
 
     x' = cos(theta),  y' = sin(theta),  n' = -f,  M = B (theta' - k0),  M' = n_x sin(theta) - n_y cos(theta) - l
 
-Sections turn about e and about nothing else: e has the same components in every section's frame, and R = Rot(e, theta) R0.
+Sections turn about e and about nothing else, R = Rot(e, theta) R0: e has the same components in every section's frame.
 
 A rod clamped at s = L alone is read from its clamp: s runs backwards, so the tangent, n, M and k0 change sign.
 """
@@ -28,9 +28,12 @@ from darboux.problem import Equilibrium
 Array = NDArray[np.float64]
 
 OUT_OF_PLANE = 1e-12  # of the largest load or curvature: rounding in the data; anything larger is refused
+SAME_FRAME = 1e-10  # between the frame of a held end and that of the clamp, turned in the plane
 SAMPLES = 257  # places along the rod at which the data are looked at
 CURVE_TOLERANCE = 1e-12  # of the interpolation between the nodes of a curve, relative to the largest value
 CURVE_ROUNDS = 50
+MOST_NODES = 20000
+LEAST_SCALE = 1e-3  # of forces and moments without dimensions: below it their rounding is not interpolated
 INSTEAD = "Use Shooting()"
 
 
@@ -59,14 +62,22 @@ class PlaneStates(NamedTuple):
 
 @dataclass(frozen=True)
 class PlaneSolution:
-    """What a planar solver hands back, without dimensions; ``states`` takes any s in [0, 1]."""
+    """What a planar solver hands back, without dimensions; ``states`` takes any s in [0, 1].
+
+    ``code`` is "converged", "folded", "no_convergence", "unresolved" (found, but its error is above the tolerance) or
+    "taut" (both ends held as far apart as the rod is long);
+    ``load`` the factor of the loads; ``reached`` the share of the last leg, in which a held end may be ``pushed``;
+    ``crossings`` the shares of the last leg at which the branch crossed another one: where a straight rod buckles.
+    """
 
     code: str
     load: float
+    reached: float
     states: Callable[[Array], PlaneStates]
     error: float
     statistics: dict[str, Any]
-    sliding: bool = False
+    crossings: tuple[float, ...] = ()
+    pushed: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +104,12 @@ class PlaneProblem:
 
     @property
     def length(self) -> float:
+        """L in m."""
         return self.problem.rod.length
 
     def arc_length(self, s: Array) -> Array:
-        """The rod's own arc length in m at s in [0, 1]."""
-        return np.asarray(self.length * (s if self.sign > 0.0 else 1.0 - s))
+        """Return the rod's own arc length in m at s in [0, 1]."""
+        return self.length * (s if self.sign > 0.0 else 1.0 - s)
 
     def data(self, s: Array) -> PlaneData:
         """Return what is given at s (n,)."""
@@ -127,19 +139,15 @@ class PlaneProblem:
         q0 = quaternion_of_matrix(self.R0)
         q1 = np.append(-self.normal @ q0[1:], q0[0] * self.normal + np.cross(self.normal, q0[1:]))  # (0, e) q0
         half_cos, half_sin = np.cos(states.theta / 2.0)[:, None], np.sin(states.theta / 2.0)[:, None]
-        y = np.hstack([
-            self.origin + L * states.r @ self.base.T,
-            half_cos * q0 + half_sin * q1,
-            sign * force * states.n @ self.base.T,
-            sign * moment * states.moment[:, None] * self.normal,
-        ])
-        dy = np.hstack([
-            sign * np.stack([cos, sin], axis=1) @ self.base.T,
-            sign / L * states.kappa[:, None] / 2.0 * (half_cos * q1 - half_sin * q0),
-            -force / L * load * data.f @ self.base.T,
-            moment / L * slope[:, None] * self.normal,
-        ])
-        return y, dy
+        r = self.origin + L * states.r @ self.base.T
+        q = half_cos * q0 + half_sin * q1
+        n = sign * force * states.n @ self.base.T
+        m = sign * moment * states.moment[:, None] * self.normal
+        dr = sign * np.stack([cos, sin], axis=1) @ self.base.T
+        dq = sign / L * states.kappa[:, None] / 2.0 * (half_cos * q1 - half_sin * q0)
+        dn = -force / L * load * data.f @ self.base.T
+        dm = moment / L * slope[:, None] * self.normal
+        return np.hstack([r, q, n, m]), np.hstack([dr, dq, dn, dm])
 
     def curve(self, solution: PlaneSolution) -> Curve:
         """Return the rod's curve on nodes close enough for its interpolation; those at breaks stand twice."""
@@ -152,7 +160,7 @@ class PlaneProblem:
             exact, slope = self.in_space(middle, solution.states(middle), solution.load)
             rough = self._roughness(curve(self.arc_length(middle)) - exact, y) > CURVE_TOLERANCE
             rough &= np.diff(s) > 1e-13
-            if not np.any(rough):
+            if not np.any(rough) or len(s) > MOST_NODES:
                 break
             places = np.flatnonzero(rough) + 1  # the exact midpoints of rough intervals become nodes
             s = np.insert(s, places, middle[rough])
@@ -161,8 +169,10 @@ class PlaneProblem:
 
     def _roughness(self, difference: Array, y: Array) -> Array:
         """The largest difference of the states, each vector relative to its largest value: (n,)."""
-        force, moment = (float(np.max(np.abs(y[:, i : i + 3]))) for i in (7, 10))
-        scale = np.repeat([self.length, 1.0, force or 1.0, moment or 1.0], [3, 4, 3, 3])
+        unit = self.stiffness / self.length
+        force = max(float(np.max(np.abs(y[:, 7:10]))), LEAST_SCALE * unit / self.length)
+        moment = max(float(np.max(np.abs(y[:, 10:13]))), LEAST_SCALE * unit)
+        scale = np.repeat([self.length, 1.0, force, moment], [3, 4, 3, 3])
         return np.asarray(np.max(np.abs(difference) / scale, axis=1))
 
     def _assembled(self, s: Array, y: Array, dy: Array, inner: Array) -> Curve:
@@ -175,50 +185,83 @@ class PlaneProblem:
 # -- from space to the plane ------------------------------------------------------------------------------------------
 
 
+class SpaceData(NamedTuple):
+    """What decides on the plane, fixed frame, without dimensions: (n, 3) each.
+
+    ``bent`` (the natural curvature) and ``couples`` must lie along the plane's normal, ``forces`` and ``held`` (place
+    and tangent of the clamp at s = length) in the plane.
+    """
+
+    bent: Array
+    couples: Array
+    forces: Array
+    held: Array
+
+    @property
+    def scale(self) -> float:
+        """The largest component of any of them."""
+        return max(float(np.max(np.abs(group))) for group in self)
+
+    def leaving(self, normal: Array) -> dict[str, float]:
+        """By how much the data leave the plane, under the words that say so."""
+        amounts = {
+            "rod.natural bends the rod": np.cross(self.bent, normal),
+            "the couples and end moments bend it": np.cross(self.couples, normal),
+            "the forces point": self.forces @ normal,
+            "the clamp at s = length lies or points": self.held @ normal,
+        }
+        return {what: float(np.max(np.abs(amount))) for what, amount in amounts.items()}
+
+    def normal(self, tangent: Array, default: Array) -> Array:
+        """Return the plane's unit normal from the largest of the data that fix it; the default where none does."""
+        candidates = np.vstack([self.bent, self.couples, np.cross(tangent, self.forces), np.cross(tangent, self.held)])
+        best = candidates[np.argmax(np.linalg.norm(candidates, axis=1))]
+        across = best - (best @ tangent) * tangent
+        size = float(np.linalg.norm(across))
+        return default if size <= OUT_OF_PLANE * self.scale else np.asarray(across / size)
+
+
 def plane_of(problem: Equilibrium) -> PlaneProblem:
     """Return the planar problem, or raise ``NotPlanar`` in one sentence that says what to use instead."""
     _check_model(problem)
-    start, end, rod = problem.start, problem.end, problem.rod
-    backwards = not start.holds
-    clamp, sign = (end, -1.0) if backwards else (start, 1.0)
-    R0, origin, tangent = clamp.R, np.array(clamp.position), sign * clamp.R[:, 2]
-    s = np.unique(np.concatenate([np.linspace(0.0, rod.length, SAMPLES), problem.breaks]))
-    stiffness, loads = rod.stiffness(s), problem.distributed(s)
-    clamped = -1 if backwards else 0
-    L, EI = rod.length, float(stiffness.EI1[clamped])
+    rod, L = problem.rod, problem.rod.length
+    backwards, both_held = not problem.start.holds, problem.start.holds and problem.end.holds
+    clamp, sign = (problem.end, -1.0) if backwards else (problem.start, 1.0)
     tip = problem.end_load("start" if backwards else "end")
+    R0, origin, tangent = clamp.R, np.array(clamp.position), sign * clamp.R[:, 2]
 
-    k0 = L * rod.k0(s)
-    bent = np.column_stack([k0[:, :2], np.zeros(len(s))]) @ R0.T
-    couples = np.vstack([loads.la * (L**2 / EI), tip.moment * (L / EI)])
-    forces = np.vstack([loads.a * (L**3 / EI), tip.force * (L**2 / EI)])
-    both_held = start.holds and end.holds
-    chord = np.vstack([np.array(end.position) - origin, L * end.R[:, 2]]) / L if both_held else np.zeros((1, 3))
-
-    isotropic = bool(np.all(np.abs(stiffness.EI1 - stiffness.EI2) <= 1e-12 * stiffness.EI1))
+    s = np.unique(np.concatenate([np.linspace(0.0, L, SAMPLES), problem.breaks]))
+    stiffness, loads, k0 = rod.stiffness(s), problem.distributed(s), L * rod.k0(s)
+    EI = float(stiffness.EI1[0])
+    data = SpaceData(
+        bent=k0[:, :2] @ R0[:, :2].T,
+        couples=np.vstack([loads.la * L, tip.moment]) * (L / EI),
+        forces=np.vstack([loads.a * L, tip.force]) * (L**2 / EI),
+        held=np.vstack([(np.array(problem.end.position) - origin) / L, problem.end.R[:, 2]]) * both_held,
+    )
     weaker = 0 if np.sum(stiffness.EI1) <= np.sum(stiffness.EI2) else 1
-    normal = _normal(tangent, [bent, couples], [forces, chord], default=R0[:, weaker])
+    normal = data.normal(tangent, default=R0[:, weaker])
     axis = int(np.argmax(np.abs(R0[:, :2].T @ normal)))
     principal = np.copysign(1.0, normal @ R0[:, axis]) * R0[:, axis]
-    if np.linalg.norm(normal - principal) < 1e-11:
-        normal = principal  # rounding taken off
+    allowed = OUT_OF_PLANE * data.scale
+    if max(data.leaving(principal).values()) <= allowed:
+        normal = principal  # without the rounding of the data
 
-    scale = max(float(np.max(np.abs(a))) for a in (bent, couples, forces, chord))
-    allowed = OUT_OF_PLANE * scale
     if np.max(np.abs(k0[:, 2])) > allowed:
-        raise NotPlanar(f"Elastica states planar rods; this rod has a natural twist, rod.natural[2]. {INSTEAD}.")
-    for name, vectors in (("rod.natural bends the rod", bent), ("the couples and end moments bend it", couples)):
-        if np.max(np.linalg.norm(np.cross(vectors, normal), axis=1)) > allowed:
-            raise NotPlanar(f"Elastica states planar rods; here {name} out of one plane through the clamp's tangent. {INSTEAD}.")
-    for name, vectors in (("the forces point", forces), ("the clamp at s = length lies", chord)):
-        if np.max(np.abs(vectors @ normal)) > allowed:
-            raise NotPlanar(f"Elastica states planar rods; here {name} out of the plane that the clamp's tangent and the "
-                            f"other data span. {INSTEAD}.")
+        raise NotPlanar(
+            f"Elastica states planar rods; this rod has a natural twist, rod.natural's third part. {INSTEAD}."
+        )
+    for what, amount in data.leaving(normal).items():
+        if amount > allowed:
+            raise NotPlanar(f"Elastica states planar rods; here {what} out of the plane of the rest. {INSTEAD}.")
+    isotropic = bool(np.all(np.abs(stiffness.EI1 - stiffness.EI2) <= 1e-12 * stiffness.EI1))
     if not isotropic and normal is not principal:
-        raise NotPlanar("Elastica states planar rods; here the plane of the loads is none of the section's principal planes "
-                        f"(EI1 and EI2 differ), so the rod also bends out of it. {INSTEAD}, or turn the clamp's d1.")
+        raise NotPlanar(
+            "Elastica states planar rods; here the plane of the loads is none of the section's principal planes "
+            f"(EI1 and EI2 differ), so the rod also bends out of it. {INSTEAD}, or turn the clamp's d1."
+        )
 
-    unit = float((stiffness.EI1, stiffness.EI2)[axis][clamped])
+    unit = float((stiffness.EI1, stiffness.EI2)[axis][-1 if backwards else 0])
     base = np.column_stack([tangent, np.cross(normal, tangent)])
     return PlaneProblem(
         problem=problem,
@@ -231,7 +274,7 @@ def plane_of(problem: Equilibrium) -> PlaneProblem:
         stiffness=unit,
         end_force=tip.force @ base * (L**2 / unit),
         end_moment=float(tip.moment @ normal) * (L / unit),
-        end_pose=_end_pose(problem, normal, base, float(np.mean(bent @ normal))) if both_held else None,
+        end_pose=_end_pose(problem, normal, base, float(np.mean(data.bent @ normal))) if both_held else None,
         breaks=tuple(sorted(b / L if sign > 0.0 else 1.0 - b / L for b in problem.breaks)),
     )
 
@@ -245,44 +288,31 @@ def _check_model(problem: Equilibrium) -> None:
         support = getattr(problem, place)
         held = {*support.held_displacement, *support.held_rotation}
         if len(held) > 1:
-            raise NotPlanar(f"Elastica states clamped and free ends; problem.{place} is {support}, which holds an end in part. "
-                            f"{INSTEAD}.")
+            raise NotPlanar(
+                f"Elastica states clamped and free ends; problem.{place} is {support}, which holds an end in part. "
+                f"{INSTEAD}."
+            )
     loads = problem.distributed(np.linspace(0.0, rod.length, SAMPLES))
     if np.any(loads.C):
-        raise NotPlanar("Elastica states dead loads; here a force along the rod depends on the position, as a Rotation's does. "
-                        f"{INSTEAD}.")
+        raise NotPlanar(
+            "Elastica states dead loads; here a force along the rod depends on the position, as a Rotation's does. "
+            f"{INSTEAD}."
+        )
     if np.any(loads.b) or np.any(loads.lb):
         raise NotPlanar(f"Elastica states dead loads; here a load turns with the section (frame='section'). {INSTEAD}.")
-
-
-def _normal(tangent: Array, normals: list[Array], in_plane: list[Array], default: Array) -> Array:
-    """Return the plane's unit normal from the data that fix it best; the default where none does.
-
-    ``normals`` (n, 3) are vectors that must lie along the normal, ``in_plane`` (n, 3) such that must be across it.
-    """
-    scale = max(float(np.max(np.abs(group))) for group in (*normals, *in_plane))
-    candidates = np.vstack([*normals, *(np.cross(tangent, group) for group in in_plane)])
-    size = np.linalg.norm(candidates, axis=1)
-    best = candidates[np.argmax(size)]
-    if np.max(size) <= OUT_OF_PLANE * scale:
-        return default
-    across = best - (best @ tangent) * tangent  # a normal with a part along the tangent is refused later
-    if np.linalg.norm(across) <= 1e-6 * np.max(size):
-        return default
-    return np.asarray(across / np.linalg.norm(across))
 
 
 def _end_pose(problem: Equilibrium, normal: Array, base: Array, natural_turn: float) -> tuple[float, float, float]:
     """Return x, y and theta of the held end; of all turns the one nearest to the unloaded rod's."""
     R0, R1 = problem.start.R, problem.end.R
     x, y = (np.array(problem.end.position) - np.array(problem.start.position)) @ base / problem.rod.length
-    d = R1[:, 2] @ base
-    theta = float(np.arctan2(d[1], d[0]))
-    across = np.cross(normal, R0[:, 2])
-    turned = np.column_stack([base @ d, np.cross(normal, base @ d), normal])
-    frame = np.column_stack([R0[:, 2], across, normal])
-    if np.max(np.abs(R1 - turned @ frame.T @ R0)) > 1e-10:
-        raise NotPlanar("Elastica states planar rods; here the clamp at s = length is twisted against the one at s = 0. "
-                        f"{INSTEAD}, or give both the d1 of the plane.")
-    theta += 2.0 * np.pi * round((natural_turn - theta) / (2.0 * np.pi))
-    return float(x), float(y), theta
+    cos, sin = R1[:, 2] @ base
+    tangent = base @ (cos, sin)
+    turned = np.column_stack([tangent, np.cross(normal, tangent), normal])
+    if np.max(np.abs(R1 - turned @ np.column_stack([base, normal]).T @ R0)) > SAME_FRAME:
+        raise NotPlanar(
+            "Elastica states planar rods; here the clamp at s = length is twisted against the one at s = 0. "
+            f"{INSTEAD}, or give both clamps the d1 of one plane."
+        )
+    theta = float(np.arctan2(sin, cos))
+    return float(x), float(y), theta + 2.0 * np.pi * round((natural_turn - theta) / (2.0 * np.pi))

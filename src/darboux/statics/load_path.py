@@ -21,8 +21,9 @@ State = TypeVar("State")
 LARGEST_PREDICTED_TURN = 0.6  # rad between neighbouring equilibria
 LARGEST_CORRECTED_TURN = 0.3  # rad by which the corrector may move a predicted shape
 WANTED_CORRECTED_TURN = 0.06  # rad; the predictor's error grows with the square of the step
-SMALLEST_STEP = 1e-7
-MOST_STEPS = 2000
+LARGEST_STEP = 0.25  # also where nothing turns: a straight column passes its buckling loads one by one
+SMALLEST_STEP = 1e-6
+MOST_STEPS = 1000
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,9 @@ class Corrected(Generic[State]):
 
 class Branch(Protocol[State]):
     """What a method offers to be followed."""
+
+    def sign(self, state: State, load_factor: float) -> float:
+        """Return the sign of the Jacobian's determinant, or 0 where it is singular."""
 
     def tangent(self, state: State, load_factor: float) -> tuple[Array, float]:
         """Return the change of the state per unit of load factor, and the largest turn of a section in it (rad)."""
@@ -63,13 +67,13 @@ class Path(Generic[State]):
 def follow(branch: Branch[State], state: State) -> Path[State]:
     """Follow the branch from load factor 0, where ``state`` is an equilibrium, to 1 or to where it ends."""
     path = Path(state, 0.0)
-    sign: float | None = None
-    step = 1.0
+    sign = branch.sign(state, 0.0)
+    step = LARGEST_STEP
     while path.load_factor < 1.0 and path.steps + path.rejected < MOST_STEPS:
         tangent, turn = branch.tangent(path.state, path.load_factor)
         if not np.isfinite(turn):
             return path
-        step = min(step, 1.0 - path.load_factor, LARGEST_PREDICTED_TURN / max(turn, 1e-300))
+        step = min(step, LARGEST_STEP, 1.0 - path.load_factor, LARGEST_PREDICTED_TURN / max(turn, 1e-300))
         while True:
             last = step >= (1.0 - path.load_factor) * (1.0 - 1e-12)
             goal = 1.0 if last else path.load_factor + step
@@ -80,7 +84,7 @@ def follow(branch: Branch[State], state: State) -> Path[State]:
             step *= 0.4 if reached is None else 0.6
             if step < SMALLEST_STEP:
                 return path
-        if sign is not None and reached.sign != sign:
+        if reached.sign * sign < 0.0:
             path.crossings.append(0.5 * (path.load_factor + goal))
         sign = reached.sign
         path.state, path.load_factor = reached.state, goal
@@ -92,7 +96,7 @@ def follow(branch: Branch[State], state: State) -> Path[State]:
 
 def ending(path: Path[State], method: str) -> tuple[str, str]:
     """Return the status code and the sentence for the way a path ended."""
-    percent = f"{100.0 * path.load_factor:.4g} %"
+    percent = f"{np.floor(1e4 * path.load_factor) / 100.0:.4g} %"
     if path.load_factor >= 1.0:
         if not path.crossings:
             return "converged", "converged: the equilibrium that follows from the unloaded rod."

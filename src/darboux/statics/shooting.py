@@ -36,11 +36,13 @@ from darboux.supports import Clamped, Support
 Array = NDArray[np.float64]
 
 FIRST_PIECES = 16
-LARGEST_GROWTH = 1e3  # of an error over one piece; a piece that exceeds it is halved
+MOST_PIECES = 2000
+LARGEST_GROWTH = 20.0  # of an error over one piece; a piece that exceeds it is halved
 PATH_RTOL = 1e-6  # on the way the branch must be kept, not measured
 SLACK = 1e-3  # compliance of stretch lent to an inextensible rod held at both ends while it is on the way
 LOWER, UPPER = 19, 18  # bandwidths of the Newton matrix, see `_matrix`
 MOST_STEPS = 100_000
+_R, _Q, _N, _M = slice(POSITION, ROTATION), slice(ROTATION, FORCE), slice(FORCE, MOMENT), slice(MOMENT, STATES)
 FAILED = {1: "it took too many steps", 2: "its step became too small", 3: "its numbers overflowed"}
 
 
@@ -207,10 +209,10 @@ class _Shot:
 
     @property
     def sign(self) -> float:
-        """The sign of the determinant."""
+        """The sign of det [A_0; A_m P_m-1 ... P_0], whatever the number of pieces: each -1 block of 13 rows turns it."""
         diagonal = self.factors[LOWER + UPPER]
         swaps = np.count_nonzero(self.pivots != np.arange(len(self.pivots)))
-        return float((-1) ** (swaps + np.count_nonzero(diagonal < 0.0)))
+        return float((-1) ** (swaps + np.count_nonzero(diagonal < 0.0) + len(self.growth)))
 
 
 class _Pieces:
@@ -315,7 +317,8 @@ class _Pieces:
         if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(band))):
             return None
         factors, pivots, _ = lapack.dgbtrf(band, LOWER, UPPER)
-        growth = np.linalg.norm(P, ord=2, axis=(1, 2))
+        units = _units(nodes.y)
+        growth = np.linalg.norm(P * units / units[:, None], ord=2, axis=(1, 2))
         return _Shot(residual, factors, pivots, growth)
 
     def newton(self, nodes: _Nodes, load_factor: float, rtol: float, most: int) -> tuple[_Nodes, _Shot, float, int] | None:
@@ -338,6 +341,10 @@ class _Pieces:
         return None
 
     # -- for load_path.follow ------------------------------------------------------------------------------------
+
+    def sign(self, state: _Nodes, load_factor: float) -> float:
+        shot = self.shoot(state, load_factor, PATH_RTOL)
+        return 0.0 if shot is None else shot.sign
 
     def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:
         """Solve J dy/d(load factor) = -dF/d(load factor), the right side by a difference of two passes."""
@@ -362,7 +369,7 @@ class _Pieces:
     def _refined(self, nodes: _Nodes, growth: Array, load_factor: float) -> _Nodes:
         """Halve the pieces that amplify an error too much."""
         steep = np.flatnonzero(growth > LARGEST_GROWTH)
-        if len(steep) == 0 or len(nodes.x) > 4000:
+        if len(steep) == 0 or len(nodes.x) > MOST_PIECES:
             return nodes
         middle = 0.5 * (nodes.x[steep] + nodes.x[steep + 1])
         states = np.empty((len(steep), 2, STATES))
@@ -414,14 +421,16 @@ class _Pieces:
             capacity *= 4
 
 
+def _units(y: Array) -> Array:
+    """Return by what the 13 states of the nodes y are measured: r and q by 1, n and m by their own largest."""
+    force, moment = (1.0 + float(np.max(np.linalg.norm(y[:, part], axis=1))) for part in (_N, _M))
+    return np.repeat([1.0, 1.0, force, moment], [3, 4, 3, 3])
+
+
 def _size(change: Array, y: Array) -> float:
-    """Return the largest change of a node: of r and q as they are, of n and m relative to their own size."""
-    parts = [slice(POSITION, ROTATION), slice(ROTATION, FORCE), slice(FORCE, MOMENT), slice(MOMENT, STATES)]
-    sizes = []
-    for part in parts:
-        largest = 1.0 + float(np.max(np.linalg.norm(y[:, part], axis=1)))
-        sizes.append(float(np.max(np.linalg.norm(change[:, part], axis=1))) / largest)
-    return max(sizes)
+    """Return the largest change of a vector at a node, in those units."""
+    scaled = change / _units(y)
+    return max(float(np.max(np.linalg.norm(scaled[:, part], axis=1))) for part in (_R, _Q, _N, _M))
 
 
 def _turn_matrix(q: Array) -> Array:

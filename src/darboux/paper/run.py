@@ -1,0 +1,107 @@
+"""`darboux paper`: compute the parts, draw them, write them, and print what came out."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from darboux import __version__, checks
+from darboux.errors import InvalidInput
+
+DPI = 200
+# The words that --only takes, and the part of `results.PARTS` that each stands for.
+PART_OF = {figure: "1-4" for figure in "1234"} | {
+    name: name for name in ("5", "6", "7", "rotating", "charged", "invariants", "conventions")
+}
+
+
+def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[str, Any]:
+    """Compute and write the chosen parts of the paper (all where none is chosen), and return what `paper.json` holds.
+
+    Arguments: ``only`` names of parts, the keys of ``PART_OF``; ``out`` the folder; ``console`` where the table goes.
+    Raises ``InvalidInput`` for an unknown name or a folder that can't be written.
+    """
+    names = list(dict.fromkeys(PART_OF[checks.choice("--only", name, PART_OF)] for name in only or PART_OF))
+    _make_folder(out)
+    console = console or Console()
+    console.print(f"darboux {__version__}: the paper, into {out}{os.sep}")
+    began = time.perf_counter()
+    numbers: dict[str, Any] = {"version": __version__, "units": "SI"}
+    comparisons = {}
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("loading; a first run also compiles, for about half a minute", total=len(names))
+        from darboux.paper import pictures, results
+
+        for name in names:
+            title, compute = results.PARTS[name]
+            progress.update(task, description=title)
+            part = compute()
+            numbers |= part.numbers
+            comparisons |= part.comparisons
+            for stem, figure in pictures.draw(name, part).items():
+                figure.savefig(out / f"{stem}.png", dpi=DPI)
+                figure.savefig(out / f"{stem}.svg")
+            progress.advance(task)
+    numbers["seconds"] = time.perf_counter() - began
+    _write(out / "paper.json", json.dumps(numbers, indent=2, allow_nan=False) + "\n")
+    for model, found in comparisons.items():
+        console.print(found.table(f"Figure 5, {model}: agreement of the methods"))
+    console.print(_summary(numbers))
+    console.print(f"Written to {out}{os.sep}: the pictures as PNG and SVG, and paper.json with every number.")
+    return numbers
+
+
+def _make_folder(out: Path) -> None:
+    """Make the folder and try to write in it, before anything is computed."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out):
+            pass
+    except OSError as error:
+        raise InvalidInput(
+            f"--out is {str(out)!r}, which can't be written ({error.strerror}); choose a folder of yours, as in --out my-figures."
+        ) from None
+
+
+def _write(path: Path, text: str) -> None:
+    """Write to a temporary name first, so that a kill never leaves half a file under the final one."""
+    temporary = path.with_suffix(".tmp")
+    temporary.write_text(text)
+    temporary.replace(path)
+
+
+def _summary(numbers: dict[str, Any]) -> Table:
+    """Return what the parts came to: each number beside what it was held against."""
+    table = Table(title="The paper's other cases", title_justify="left")
+    for column in ("case", "quantity", "value", "held against"):
+        table.add_column(column)
+    if "figure5" in numbers:
+        for clamp, order in numbers["figure5"]["order"].items():
+            table.add_row("figure 5", f"order of DER, clamp {clamp}", f"{order:.3f}", "512 to 1024 segments, with stretch")
+    if "figure6" in numbers:
+        six, exact = numbers["figure6"], numbers["figure6"]["exact"]
+        for name in ("initial_value", "shooting", "discrete_100"):
+            for quantity in ("radius", "pitch"):
+                gap = abs(six[name][quantity] - exact[quantity])
+                table.add_row("figure 6", f"{quantity}, {name}", f"{six[name][quantity]:.12g} m", f"exact helix: {gap:.1e} m off")
+        table.add_row("figure 6", "order of DER", f"{six['discrete_order']:.3f}", "512 to 1024 segments")
+    for reading, shapes in numbers.get("figure7", {}).items():
+        for orientation, values in shapes.items():
+            tip = ", ".join(f"{x:.6g}" for x in values["tip"])
+            table.add_row("figure 7", f"tip, reading {reading}, {orientation}", tip, "(no printed value)")
+    for name, drift in numbers.get("invariants", {}).items():
+        table.add_row("invariants", name.replace("_", " "), f"{drift:.1e}", "relative drift along an unloaded rod")
+    if "conventions" in numbers:
+        gap = numbers["conventions"]["max_difference"]
+        table.add_row("conventions", "largest distance", f"{gap:.1e} L", "the printed left-handed equations, by SciPy's RK45")
+    return table

@@ -1,0 +1,252 @@
+"""A picture of space: lines, arrows, faces and labels seen by one camera, on axes with one scale for all directions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.view.camera import Camera
+from darboux.view.style import BLACK, axes_at
+from darboux.view.tube import Faces
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Margins = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What ``camera`` sees, drawn on ``ax``; every point is (..., 3), in the unit that the axes' labels name."""
+
+    ax: Axes
+    camera: Camera
+
+    @classmethod
+    def at(cls, figure: Figure, place: tuple[float, float, float, float], camera: Camera) -> Scene:
+        """Return an empty scene at ``place``: left, bottom, width, height in inches."""
+        ax = axes_at(figure, *place)
+        ax.set_axis_off()
+        ax.set_gid("space")
+        return cls(ax, camera)
+
+    def fit(self, points: Any, margins: Margins = (0.1, 0.1, 0.1, 0.1)) -> None:
+        """Choose the scale with which the points fill the axes up to ``margins`` (left, right, bottom, top in inches)."""
+        flat = self.camera.project(points).reshape(-1, 2)
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        figure = self.ax.get_figure(root=True)
+        size = np.array(self.ax.get_position().size) * figure.get_size_inches()  # type: ignore[union-attr]
+        room = size - np.array([margins[0] + margins[1], margins[2] + margins[3]])
+        scale = float(np.max((high - low) / room))  # units per inch
+        middle = (low + high) / 2.0 - scale * np.array([margins[0] - margins[1], margins[2] - margins[3]]) / 2.0
+        self.ax.set_xlim(*(middle[0] + scale * size[0] / 2.0 * np.array([-1.0, 1.0])))
+        self.ax.set_ylim(*(middle[1] + scale * size[1] / 2.0 * np.array([-1.0, 1.0])))
+        self.ax.set_aspect("equal", adjustable="box")
+
+    def line(self, points: Any, halo: float = 0.0, **style: Any) -> Any:
+        """Draw a line through the points (n, 3); ``halo`` points of white round it part it from what lies behind."""
+        x, y = self.camera.project(points).T
+        if halo:
+            width = style.get("lw", 1.8) + 2.0 * halo
+            self.ax.plot(x, y, color="white", lw=width, solid_capstyle="butt", zorder=style.get("zorder", 3.0) - 0.01)
+        return self.ax.plot(x, y, **style)[0]
+
+    def curve(self, points: Array, *, width: float, colour: Any, halo: float = 1.2, zorder: float = 3.0) -> None:
+        """Draw a solid line that passes before itself where it is nearer: short pieces from back to front, with halos."""
+        from matplotlib.collections import LineCollection
+
+        flat, depth = self.camera.project(points), self.camera.depth(points)
+        pieces = np.stack([flat[:-1], flat[1:]], axis=1)
+        order = np.argsort(depth[:-1] + depth[1:])
+        # A piece and its halo lie side by side in the order; the halo has flat ends and is a little shorter.
+        shorter = pieces.mean(axis=1, keepdims=True) + 0.98 * (pieces - pieces.mean(axis=1, keepdims=True))
+        both = np.stack([shorter[order], pieces[order]], axis=1).reshape(-1, 2, 2)
+        n = len(order)
+        lines = LineCollection(
+            list(both),
+            colors=["white", colour] * n,
+            linewidths=[width + 2.0 * halo, width] * n,
+            capstyle="butt",
+            zorder=zorder,
+        )
+        self.ax.add_collection(lines, autolim=False)
+
+    def faces(self, faces: Faces, zorder: float = 2.0, alpha: float = 1.0) -> None:
+        """Draw the faces from back to front; each is outlined in its own colour, so that no seam shows between them."""
+        from matplotlib.collections import PolyCollection
+
+        order = np.argsort(self.camera.depth(faces.corners).mean(axis=1))
+        colours = 1.0 - alpha * (1.0 - faces.colours[order])  # paler, not see-through: faces hide each other
+        polygons = PolyCollection(
+            list(self.camera.project(faces.corners[order])), facecolors=colours, edgecolors=colours, linewidths=0.4, zorder=zorder
+        )
+        self.ax.add_collection(polygons, autolim=False)
+
+    def outline(self, points: Any, **style: Any) -> None:
+        """Draw the closed polygon through the points (n, 3)."""
+        from matplotlib.patches import Polygon
+
+        self.ax.add_patch(Polygon(self.camera.project(points), closed=True, **style))
+
+    def arrow(
+        self,
+        start: Any,
+        vector: Any,
+        *,
+        colour: str = BLACK,
+        width: float = 1.8,
+        head: float = 13.0,
+        heads: int = 1,
+        style: str = "-",
+        zorder: float = 6.0,
+        halo: float = 0.0,
+    ) -> None:
+        """Draw an arrow from ``start`` along ``vector``; two ``heads`` mark a moment, by the right-hand rule."""
+        from matplotlib.patches import FancyArrowPatch
+        from matplotlib.patheffects import Normal, Stroke
+
+        a = self.camera.project(start)
+        b = self.camera.project(np.asarray(start, dtype=float) + np.asarray(vector, dtype=float))
+        for i in range(heads):
+            patch = FancyArrowPatch(
+                tuple(a),
+                tuple(b),
+                arrowstyle="-|>,head_length=0.55,head_width=0.2",
+                mutation_scale=head,
+                shrinkA=0.0,
+                shrinkB=i * 0.62 * head,
+                lw=width,
+                linestyle=style if i == 0 else "-",
+                color=colour,
+                joinstyle="miter",
+                capstyle="butt",
+                zorder=zorder,
+            )
+            if halo and i == 0:
+                patch.set_path_effects([Stroke(linewidth=width + 2.0 * halo, foreground="white"), Normal()])
+            self.ax.add_patch(patch)
+
+    def arc(self, points: Any, *, colour: str, width: float = 1.4, head: float = 10.0, zorder: float = 6.0, style: Any = "-") -> None:
+        """Draw a curved line through the points (n, 3) that ends in an arrow's head."""
+        from matplotlib.patches import FancyArrowPatch
+
+        flat = self.camera.project(points)
+        self.ax.plot(*flat.T, color=colour, lw=width, linestyle=style, zorder=zorder)
+        self.ax.add_patch(
+            FancyArrowPatch(
+                tuple(flat[-2]),
+                tuple(flat[-1] + 1e-3 * (flat[-1] - flat[-2])),
+                arrowstyle="-|>,head_length=0.55,head_width=0.2",
+                mutation_scale=head,
+                shrinkA=0.0,
+                shrinkB=0.0,
+                lw=width,
+                color=colour,
+                zorder=zorder,
+            )
+        )
+
+    def text(self, point: Any, words: str, offset: tuple[float, float] = (0.0, 0.0), **style: Any) -> Any:
+        """Write at a point (3,), moved by ``offset`` points on the page."""
+        style = {"ha": "center", "va": "center", "zorder": 9.0} | style
+        x, y = self.camera.project(point)
+        return self.ax.annotate(words, (x, y), xytext=offset, textcoords="offset points", annotation_clip=False, **style)
+
+    def label_arrow(self, start: Any, vector: Any, words: str, gap: float = 8.0, **style: Any) -> None:
+        """Write beyond the head of the arrow, ``gap`` points further on."""
+        way = self.camera.project(vector)
+        length = float(np.linalg.norm(way))
+        direction = way / length if length > 0.0 else np.array([0.0, 1.0])
+        end = np.asarray(start, dtype=float) + np.asarray(vector, dtype=float)
+        self.text(end, words, (float(gap * direction[0]), float(gap * direction[1])), **style)
+
+    def dot(self, point: Any, **style: Any) -> None:
+        """Draw one marker at a point (3,)."""
+        style = {"marker": "o", "ms": 4.5, "color": BLACK, "zorder": 7.0} | style
+        x, y = self.camera.project(point)
+        self.ax.plot([x], [y], linestyle="none", **style)
+
+    def box(
+        self,
+        low: Sequence[float],
+        high: Sequence[float],
+        step: Sequence[float],
+        labels: tuple[str, str, str],
+        *,
+        label_gap: tuple[float, float, float] = (27.0, 27.0, 30.0),
+        grid: str = "#e3e3e3",
+        size: float = 9.0,
+    ) -> Array:
+        """Draw the three far sides of the box low ... high with a grid, and numbers along three near edges.
+
+        Returns the corners (8, 3), for ``fit``. A tick stands at each multiple of ``step``.
+        """
+        low, high = np.array(low, dtype=float), np.array(high, dtype=float)
+        near = np.where(self.camera.A[2] > 0.0, high, low)
+        far = np.where(self.camera.A[2] > 0.0, low, high)
+        ticks = [_multiples(low[i], high[i], step[i]) for i in range(3)]
+        for side in range(3):  # the far side across axis `side`
+            for i in (j for j in range(3) if j != side):
+                k = 3 - side - i
+                for value in [low[i], *ticks[i], high[i]]:
+                    ends = np.empty((2, 3))
+                    ends[:, side], ends[:, i], ends[:, k] = far[side], value, (low[k], high[k])
+                    border = value in (low[i], high[i])
+                    self.line(ends, color="#c4c4c4" if border else grid, lw=0.8 if border else 0.6, zorder=0.5 + 0.1 * border)
+        middle = self.camera.project((low + high) / 2.0)
+        for i in range(3):
+            edge = self._edge(i, low, high, near, far)
+            self._numbers(edge, i, ticks[i], middle, labels[i], label_gap[i], size)
+        return np.array([[(low, high)[b >> i & 1][i] for i in range(3)] for b in range(8)])
+
+    def _edge(self, i: int, low: Array, high: Array, near: Array, far: Array) -> Array:
+        """Return the ends (2, 3) of the edge that carries the numbers of axis i: low in the front, or on the left."""
+        ends = np.stack([far, far])
+        if i < 2:
+            ends[:, 1 - i] = near[1 - i]
+            ends[:, 2] = low[2]
+        else:
+            corners = [np.array([near[0], far[1], 0.0]), np.array([far[0], near[1], 0.0])]
+            left = min(corners, key=lambda c: float(self.camera.project(c)[0]))
+            ends[:, 0], ends[:, 1] = left[0], left[1]
+        ends[:, i] = low[i], high[i]
+        return ends
+
+    def _numbers(self, edge: Array, i: int, ticks: Array, middle: Array, label: str, gap: float, size: float) -> None:
+        flat = self.camera.project(edge)
+        along = flat[1] - flat[0]
+        normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
+        if normal @ (flat.mean(axis=0) - middle) < 0.0:
+            normal = -normal
+        self.ax.plot(*flat.T, color="#4d4d4d", lw=0.8, zorder=0.8)
+        for value in ticks:
+            point = edge[0].copy()
+            point[i] = value
+            x, y = self.camera.project(point)
+            self.ax.annotate(
+                "",
+                (x, y),
+                xytext=(3.5 * normal[0], 3.5 * normal[1]),
+                textcoords="offset points",
+                arrowprops={"arrowstyle": "-", "lw": 0.8, "color": "#4d4d4d", "shrinkA": 0.0, "shrinkB": 0.0},
+                annotation_clip=False,
+            )
+            words = f"{value:g}".replace("-", "\N{MINUS SIGN}")
+            self.text(point, words, (11.0 * normal[0], 10.0 * normal[1]), fontsize=size)
+        turn = np.degrees(np.arctan2(along[1], along[0]))
+        turn = (turn + 90.0) % 180.0 - 90.0
+        turn = 90.0 if abs(abs(turn) - 90.0) < 1.0 else turn
+        self.text(
+            edge.mean(axis=0), label, (gap * normal[0], gap * normal[1]), fontsize=size + 1.0, rotation=turn, rotation_mode="anchor"
+        )
+
+
+def _multiples(low: float, high: float, step: float) -> Array:
+    first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
+    return np.asarray(np.arange(first, last + 0.5) * step) + 0.0

@@ -1,0 +1,70 @@
+"""The surface of a rod as shaded faces, from its centreline and its directors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+LIGHT = np.array([-0.45, 0.55, 0.70])  # in the camera's axes: from above, over the viewer's left shoulder
+STRIPE = 0.16  # half the angle in rad that a material line takes on the section
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Flat faces in space: ``corners`` (n, 4, 3) and the colour of each, ``colours`` (n, 3) in RGB."""
+
+    corners: Array
+    colours: Array
+
+    def __add__(self, other: Faces) -> Faces:
+        return Faces(np.concatenate([self.corners, other.corners]), np.concatenate([self.colours, other.colours]))
+
+
+def tube(
+    r: Array, R: Array, radius: float, view: Array, *, colour: Any, line_colour: Any = None, around: int = 24
+) -> Faces:
+    """Return the faces of a round rod that look at the viewer, with a material line along d1.
+
+    Arguments: ``r`` (n, 3) the centreline and ``R`` (n, 3, 3) the directors at n sections; ``radius``; ``view`` (3, 3)
+    the camera's rotation; ``colour`` and ``line_colour`` in RGB; ``around`` the faces round a section.
+    """
+    stripe = STRIPE if line_colour is not None else np.pi / around
+    angle = np.concatenate([[-stripe], np.linspace(stripe, 2.0 * np.pi - stripe, around)])
+    outward = np.cos(angle)[:, None] * R[:, None, :, 0] + np.sin(angle)[:, None] * R[:, None, :, 1]  # (n, m, 3)
+    points = r[:, None] + radius * outward
+    corners = np.stack([points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]], axis=2)
+    centre = corners.mean(axis=2)
+    normal = centre - 0.5 * (r[:-1] + r[1:])[:, None]
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    base = np.broadcast_to(np.array(colour, dtype=float), normal.shape).copy()
+    if line_colour is not None:
+        base[:, 0] = line_colour
+    seen = normal @ view[2] > -0.05
+    return Faces(corners[seen], _shaded(base[seen], normal[seen], view))
+
+
+def cap(r: Array, R: Array, radius: float, view: Array, *, colour: Any, outward: float = 1.0, around: int = 48) -> Faces:
+    """Return the flat end of a round rod at r (3,), R (3, 3); ``outward`` is the sign of d3 that leaves the rod."""
+    normal = outward * R[:, 2]
+    if normal @ view[2] <= 0.0:
+        return Faces(np.empty((0, 4, 3)), np.empty((0, 3)))
+    angle = np.linspace(0.0, 2.0 * np.pi, around + 1)
+    rim = r + radius * (np.cos(angle)[:, None] * R[:, 0] + np.sin(angle)[:, None] * R[:, 1])
+    centre = np.broadcast_to(r, (around // 2, 3))
+    corners = np.stack([centre, rim[:-1:2], rim[1::2], rim[2::2]], axis=1)
+    shade = _shaded(np.array([colour], dtype=float), normal[None], view)
+    return Faces(corners, np.repeat(shade, len(corners), axis=0))
+
+
+def _shaded(colours: Array, normal: Array, view: Array) -> Array:
+    """Return the colours under one lamp: soft, so that the light side is nearly the colour itself."""
+    lamp = view.T @ (LIGHT / np.linalg.norm(LIGHT))
+    bright = np.clip(normal @ lamp, -1.0, 1.0)
+    shade = 0.80 + 0.22 * bright - 0.10 * (1.0 - np.clip(normal @ view[2], 0.0, 1.0)) ** 2
+    gleam = 0.25 * np.clip(bright, 0.0, 1.0)[..., None] ** 12
+    return np.clip(colours * shade[..., None] + gleam * (1.0 - colours), 0.0, 1.0)
