@@ -85,7 +85,7 @@ MISTAKES = {
     "a problem that is none": (lambda: dx.solve(BARE), ["solve.problem", "Equilibrium"]),
     "unknown keyword of solve": (lambda: dx.solve(dx.Equilibrium(BARE), trow=False), ["solve", "'trow'", "Did you mean throw?"]),
     "tolerance of nothing": (lambda: dx.Shooting(rtol=0), ["shooting.rtol", "positive"]),
-    "tolerance below rounding": (lambda: dx.Shooting(rtol=1e-20), ["shooting.rtol", "1e-14"]),
+    "tolerance below rounding": (lambda: dx.Shooting(rtol=1e-20), ["shooting.rtol", "1e-12"]),
     "no pieces": (lambda: dx.Shooting(pieces=0), ["shooting.pieces", "1 or more"]),
     "half a segment": (lambda: dx.DiscreteRod(segments=2.5), ["discrete_rod.segments", "whole number"]),
     "one segment": (lambda: dx.DiscreteRod(segments=1), ["discrete_rod.segments", "2 or more"]),

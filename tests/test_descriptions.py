@@ -146,6 +146,8 @@ def test_loads_are_affine_in_position_and_frame() -> None:
     total = dx.Equilibrium(rod, loads=loads).distributed(S)
     rng = np.random.default_rng(1)
     r, R = rng.normal(size=(3, 3)), np.linalg.qr(rng.normal(size=(3, 3, 3)))[0]
-    expected = 2.0 * np.array([0, 0, -9.81]) - 2.0 * np.cross(w, np.cross(w, r - point)) + S[:, None] * [0, 1, 0] + R[:, :, 0]
+    expected = (
+        2.0 * np.array([0, 0, -9.81]) - 2.0 * np.cross(w, np.cross(w, r - point)) + S[:, None] * [0, 1, 0] + R[:, :, 0]
+    )
     np.testing.assert_allclose(total.force(r, R), expected, atol=1e-13)
     np.testing.assert_allclose(total.couple(R), np.array([0, 0, 1]) + R[:, :, 1], atol=1e-15)

@@ -57,7 +57,11 @@ def test_both_ends_clamped() -> None:
     Root force, root moment and energy of the equilibrium that our path reaches; uncertainty 1e-10.
     """
     solution = dx.solve(cases.posed())
-    np.testing.assert_allclose(-solution.reactions.start.force, (-16.186072684, -5.4574714172, -22.145698563), atol=2e-9)
-    np.testing.assert_allclose(-solution.reactions.start.moment, (-0.510038263324, -4.80479601974, 1.19036574067), atol=1e-9)
+    np.testing.assert_allclose(
+        -solution.reactions.start.force, (-16.186072684, -5.4574714172, -22.145698563), atol=2e-9
+    )
+    np.testing.assert_allclose(
+        -solution.reactions.start.moment, (-0.510038263324, -4.80479601974, 1.19036574067), atol=1e-9
+    )
     np.testing.assert_allclose(solution.energy.total, 7.49221578222, rtol=1e-10)
     np.testing.assert_allclose(solution.r(0.5), (-0.140232273798, 0.0919047150864, 0.450685758075), atol=1e-10)

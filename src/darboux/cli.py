@@ -29,7 +29,9 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def darboux(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
 ) -> None:
     """Elastic filaments: shapes, forces and stability of thin rods by Kirchhoff's theory."""
 
@@ -37,11 +39,16 @@ def darboux(
 @app.command(epilog="Example: darboux paper --only 5 --out my-figures")
 def paper(
     only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="NAME", help="One part: 1 ... 7, rotating, charged, invariants, conventions; may be repeated.")
+        list[str] | None,
+        typer.Option(
+            "--only",
+            metavar="NAME",
+            help="One part: 1 ... 7, rotating, charged, invariants, conventions; may be repeated.",
+        ),
     ] = None,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder to write to; made where it is missing.")] = Path(
-        "paper-figures"
-    ),
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="The folder to write to; made where it is missing.")
+    ] = Path("paper-figures"),
 ) -> None:
     """Recompute the paper: figures 1 to 7 as PNG and SVG, paper.json with every number, the table on the screen."""
     from darboux.paper.run import run

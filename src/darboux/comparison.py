@@ -98,8 +98,19 @@ class Comparison:
 
         table = Table(title=title, title_justify="left", caption=self.verdict, caption_justify="left")
         table.add_column("method", min_width=11, overflow="fold")
-        for column in ("model", "tip (m)", "max |dr| / L", "tip |dr| / L", "end moments", "energy", "order", "time (s)"):
-            table.add_column(column, justify="left" if column in ("model", "tip (m)") else "right", no_wrap=column != "tip (m)")
+        for column in (
+            "model",
+            "tip (m)",
+            "max |dr| / L",
+            "tip |dr| / L",
+            "end moments",
+            "energy",
+            "order",
+            "time (s)",
+        ):
+            table.add_column(
+                column, justify="left" if column in ("model", "tip (m)") else "right", no_wrap=column != "tip (m)"
+            )
         for i, entry in enumerate(self.entries):
             solution, gap = entry.solution, entry.distance
             numbers = ["reference", "", "", ""] if i == self.reference else [
@@ -123,7 +134,9 @@ class Comparison:
 
 
 @checked_call
-def compare(problem: Equilibrium, methods: Sequence[Any], *, unlike_models: str = "refuse", order: bool = True) -> Comparison:
+def compare(
+    problem: Equilibrium, methods: Sequence[Any], *, unlike_models: str = "refuse", order: bool = True
+) -> Comparison:
     """Solve one problem by several methods and say by how much they agree.
 
         max |dr| / L = max_s |r_i(s) - r_ref(s)| / L,   order = log2(e(N) / e(2 N)), e the tip's distance from the reference
@@ -185,7 +198,9 @@ def _stated(problem: Equilibrium, method: Method, unlike_models: str) -> Equilib
             simpler = problem.with_rod(**changes)
             if method.refuses(simpler) is None:
                 return simpler
-    hint = " Or compare unlike models knowingly, with unlike_models='mark'." if problem.rod.model != "inextensible" else ""
+    hint = (
+        " Or compare unlike models knowingly, with unlike_models='mark'." if problem.rod.model != "inextensible" else ""
+    )
     raise InvalidInput(refusal + hint)
 
 
@@ -205,7 +220,9 @@ def _trust(solution: EquilibriumSolution, problem: Equilibrium) -> tuple[bool, b
     )
 
 
-def _order(method: Any, problem: Equilibrium, solution: EquilibriumSolution, reference: EquilibriumSolution) -> float | None:
+def _order(
+    method: Any, problem: Equilibrium, solution: EquilibriumSolution, reference: EquilibriumSolution
+) -> float | None:
     """Return the order by which the tip closes in on the reference when the resolution is doubled."""
     if not hasattr(method, "refined") or solution.model != reference.model or not solution.converged:
         return None

@@ -29,8 +29,13 @@ class Curve:
         i = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
         i = self._real_interval(i)
         third = self._third_node(i)
-        return _hermite(s, [self.s[j] for j in (i, i + 1, third)], [self.y[j] for j in (i, i + 1, third)],
-                        [self.dy[j] for j in (i, i + 1, third)], self._has_third(i))
+        return _hermite(
+            s,
+            [self.s[j] for j in (i, i + 1, third)],
+            [self.y[j] for j in (i, i + 1, third)],
+            [self.dy[j] for j in (i, i + 1, third)],
+            self._has_third(i),
+        )
 
     def _widths(self) -> Array:
         return np.diff(self.s)
@@ -60,7 +65,9 @@ class Curve:
         return frames.matrix_of_quaternion(self(s)[:, 3:7])
 
 
-def _hermite(s: Array, nodes: list[Array], values: list[Array], slopes: list[Array], cubic_to_quintic: NDArray[np.bool_]) -> Array:
+def _hermite(
+    s: Array, nodes: list[Array], values: list[Array], slopes: list[Array], cubic_to_quintic: NDArray[np.bool_]
+) -> Array:
     """Return the Newton form of the Hermite interpolant on x0, x0, x1, x1 (a cubic), x2, x2 (a quintic where told)."""
     x0, x1, x2 = (x[:, None] for x in nodes)
     x2 = np.where(cubic_to_quintic[:, None], x2, x1 + (x1 - x0))  # any point off the nodes: its terms are dropped

@@ -27,7 +27,9 @@ class Material:
         E = checks.positive("material.E", self.E, "Pa")
         if (self.nu is None) == (self.G is None):
             came = "neither" if self.nu is None else "both"
-            raise InvalidInput(f"material takes either nu or G, but {came} came; give Poisson's ratio or the shear modulus.")
+            raise InvalidInput(
+                f"material takes either nu or G, but {came} came; give Poisson's ratio or the shear modulus."
+            )
         if self.nu is not None:
             nu = checks.number("material.nu", self.nu)
             if not -1.0 < nu <= 0.5:

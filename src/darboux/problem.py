@@ -40,7 +40,9 @@ class Equilibrium:
             checks.instance(f"problem.{name}", getattr(self, name), Support, "a support, such as Clamped() or Free()")
         loads = (self.loads,) if isinstance(self.loads, Load) else self.loads
         if not isinstance(loads, list | tuple):
-            raise InvalidInput(f"problem.loads is {checks.shown(loads)}; it must be a list of loads, such as [Gravity()].")
+            raise InvalidInput(
+                f"problem.loads is {checks.shown(loads)}; it must be a list of loads, such as [Gravity()]."
+            )
         for i, load in enumerate(loads):
             checks.instance(f"loads[{i}]", load, Load, "a load, such as Gravity() or EndForce((0, 0, -1))")
         assign(self, loads=tuple(loads))
@@ -69,7 +71,10 @@ class Equilibrium:
                     f"Put it on the free end with at='{'start' if load.place == 'end' else 'end'}', or leave it out."
                 )
             for table in (value for value in load.varying if isinstance(value, Table)):
-                if abs(table.s[0]) > 1e-12 * self.rod.length or abs(table.s[-1] - self.rod.length) > 1e-9 * self.rod.length:
+                if (
+                    abs(table.s[0]) > 1e-12 * self.rod.length
+                    or abs(table.s[-1] - self.rod.length) > 1e-9 * self.rod.length
+                ):
                     raise InvalidInput(
                         f"loads[{i}] has a Table from s = {table.s[0]:g} to {table.s[-1]:g} m, but the rod runs from 0 to "
                         f"{self.rod.length:g} m; give values from end to end."

@@ -44,7 +44,9 @@ class Rod:
         if self.section.needs_material:
             checks.instance("rod.material", self.material, Material, "a Material, such as Material(E=1e6, nu=0.5)")
         elif self.material is not None:
-            raise InvalidInput("rod.material came beside a Stiffness section, which holds the stiffnesses already; leave it out.")
+            raise InvalidInput(
+                "rod.material came beside a Stiffness section, which holds the stiffnesses already; leave it out."
+            )
         for name in ("stretch", "shear"):
             checks.instance(f"rod.{name}", getattr(self, name), (bool, np.bool_), "True or False")
         natural = self.natural
@@ -69,7 +71,9 @@ class Rod:
         if self.stretch and stiffness.EA is None:
             raise InvalidInput("rod.stretch is True, but section.EA is missing; give EA in N or set stretch=False.")
         if self.shear and (stiffness.GA1 is None or stiffness.GA2 is None):
-            raise InvalidInput("rod.shear is True, but section.GA1 or GA2 is missing; give both in N or set shear=False.")
+            raise InvalidInput(
+                "rod.shear is True, but section.GA1 or GA2 is missing; give both in N or set shear=False."
+            )
 
     def stiffness(self, s: Array) -> SectionStiffness:
         """Return the section's stiffnesses and mass per length at s (n,)."""

@@ -67,9 +67,7 @@ class Section:
         g = self.geometry(s, material.poisson)
         E, G = material.E, material.shear_modulus
         mass = None if material.density is None else material.density * g.A
-        return SectionStiffness(
-            E * g.I1, E * g.I2, G * g.J, E * g.A, g.shear1 * G * g.A, g.shear2 * G * g.A, mass
-        )
+        return SectionStiffness(E * g.I1, E * g.I2, G * g.J, E * g.A, g.shear1 * G * g.A, g.shear2 * G * g.A, mass)
 
 
 def _dimension(name: str, value: Varying) -> Profile:
@@ -210,7 +208,12 @@ class Ellipse(Section):
         a, b = (p(s) for p in self.profiles().values())
         J = np.pi * a**3 * b**3 / (a**2 + b**2)
         return SectionGeometry(
-            np.pi * a * b, np.pi * a * b**3 / 4.0, np.pi * b * a**3 / 4.0, J, self._shear(a / b, nu), self._shear(b / a, nu)
+            np.pi * a * b,
+            np.pi * a * b**3 / 4.0,
+            np.pi * b * a**3 / 4.0,
+            J,
+            self._shear(a / b, nu),
+            self._shear(b / a, nu),
         )
 
 
@@ -244,7 +247,9 @@ class Stiffness(Section):
     def profiles(self) -> dict[str, Profile]:
         units = {"EI1": "N m^2", "EI2": "N m^2", "GJ": "N m^2", "EA": "N", "GA1": "N", "GA2": "N", "mass": "kg/m"}
         return {
-            name: profile.scalar(f"section.{name}", getattr(self, name), unit, "not negative" if name == "mass" else "positive")
+            name: profile.scalar(
+                f"section.{name}", getattr(self, name), unit, "not negative" if name == "mass" else "positive"
+            )
             for name, unit in units.items()
             if getattr(self, name) is not None
         }

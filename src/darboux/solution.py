@@ -194,7 +194,9 @@ class EquilibriumSolution:
         loads = self.problem.distributed(points)
         potential = -np.einsum("ni,ni->n", loads.a, r) - 0.5 * np.einsum("ni,nij,nj->n", r, loads.C, r)
         bending, twist, stretch, load = (float(weights @ f) for f in (bent / 2, twisted / 2, stretched / 2, potential))
-        ends = sum(float(self.problem.end_load(at).force @ self.r(s)) for at, s in (("start", 0.0), ("end", rod.length)))
+        ends = sum(
+            float(self.problem.end_load(at).force @ self.r(s)) for at, s in (("start", 0.0), ("end", rod.length))
+        )
         return Energy(bending, twist, stretch, self.load_factor * (load - ends))
 
     def __str__(self) -> str:
@@ -214,7 +216,9 @@ class EquilibriumSolution:
                 lines.append(f"{end:<5} force   {_vector(reaction.force)} N")
                 lines.append(f"{end:<5} moment  {_vector(reaction.moment)} N m")
         lines.append(f"largest |m|   {moment[place]:.6g} N m at s = {s[place]:.4g} m")
-        lines.append(f"energy        {self.energy.total:.6g} J (elastic {self.energy.elastic:.6g}, loads {self.energy.load:.6g})")
+        lines.append(
+            f"energy        {self.energy.total:.6g} J (elastic {self.energy.elastic:.6g}, loads {self.energy.load:.6g})"
+        )
         if self.index is not None:
             lines.append(f"stability     {'stable' if self.stable else f'unstable in {self.index} direction(s)'}")
         return "\n".join(lines)
@@ -233,4 +237,4 @@ def _turned_back(compliance: Array, q: Array, vector: Array) -> Array:
 
 
 def _vector(values: Array) -> str:
-    return "(" + ", ".join(f"{value:.9g}" for value in values) + ")"
+    return "(" + ", ".join(f"{value + 0.0:.9g}" for value in values) + ")"

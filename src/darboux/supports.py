@@ -70,7 +70,9 @@ class Clamped(Support):
             _frame_of(tangent, d1)
         else:
             if self.d1 is not None or tuple(np.ravel(self.tangent)) != (0.0, 0.0, 1.0):
-                raise InvalidInput("clamp.frame came beside clamp.tangent or clamp.d1; give the frame or the directions.")
+                raise InvalidInput(
+                    "clamp.frame came beside clamp.tangent or clamp.d1; give the frame or the directions."
+                )
             assign(self, frame=tuple(map(tuple, checks.rotation("clamp.frame", self.frame).tolist())))
 
     @property

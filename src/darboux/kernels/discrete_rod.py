@@ -652,3 +652,58 @@ def add_couples(state: State, M: Array, residual: Array, general: Array) -> None
             mirrored = mix(1.0, u, -2.0 * t[q], t)
             by_edge = scaled(-r * r, mix(1.0, cross(couple, mirrored), -0.5 * along, cross(t, u)))
             add_couple_tangent(general, 4 * j, q, by_edge, by_angle[q])
+
+
+# Shapes from frames
+
+
+@jit
+def chain_frames(kappa: Array, q: Array) -> None:
+    """Quaternions q (4 (N + 2)) of the edges, q_0 = 1, whose springs have the strains kappa (3 (N + 1)).
+
+    q_b = q_a p,  p = (cos(m/2), kappa1 / (2 cos(m/2)), kappa2 / (2 cos(m/2)), sin(m/2)) / |.|
+    """
+    q[0], q[1], q[2], q[3] = 1.0, 0.0, 0.0, 0.0
+    for i in range(kappa.size // 3):
+        c, s = math.cos(0.5 * kappa[3 * i + 2]), math.sin(0.5 * kappa[3 * i + 2])
+        x, y = kappa[3 * i] / (2.0 * c), kappa[3 * i + 1] / (2.0 * c)
+        r = 1.0 / math.sqrt(1.0 + x * x + y * y)
+        w0, x0, y0, z0 = q[4 * i], q[4 * i + 1], q[4 * i + 2], q[4 * i + 3]
+        q[4 * i + 4] = r * (w0 * c - x0 * x - y0 * y - z0 * s)
+        q[4 * i + 5] = r * (w0 * x + x0 * c + y0 * s - z0 * y)
+        q[4 * i + 6] = r * (w0 * y - x0 * s + y0 * c + z0 * x)
+        q[4 * i + 7] = r * (w0 * s + x0 * y - y0 * x + z0 * c)
+
+
+@jit
+def turning_step(
+    x: Array, l: Array, step: Array, scale: float, inextensible: bool, start: bool, end: bool, turned: Array
+) -> None:
+    """The packed step that turns edges where `step`, times `scale`, moves their ends along straight lines.
+
+        e -> (|e| + t.de) (cos|w| t + sin|w| w / |w|),   w = P de / |e|
+
+    It agrees with `step` to first order, but does not stretch an edge that turns; an inextensible rod's edges get
+    their rest length l. Vertices are joined from the held end; where both are held the gap is shared by all edges.
+    """
+    edges = l.size
+    for q in range(3):
+        turned[q] = scale * step[q]
+    for j in range(1, edges + 1):
+        e, o = edge(x, j), 4 * j
+        de = mix(scale, load(step, o), -scale, load(step, o - 4))
+        size = math.sqrt(dot(e, e))
+        t = scaled(1.0 / size, e)
+        w = scaled(1.0 / size, across(t, de))
+        angle = math.sqrt(dot(w, w))
+        sinc = math.sin(angle) / angle if angle > 1e-8 else 1.0
+        new = l[j - 1] if inextensible else size + dot(t, de)
+        moved = mix(1.0, mix(new * math.cos(angle), t, new * sinc, w), -1.0, e)
+        store(turned, o, mix(1.0, load(turned, o - 4), 1.0, moved))
+        turned[o - 1] = scale * step[o - 1]
+    if not end:
+        return
+    gap = mix(scale, load(step, 4 * edges), -1.0, load(turned, 4 * edges))
+    for j in range(edges + 1):
+        share = j / edges if start else 1.0
+        store(turned, 4 * j, mix(1.0, load(turned, 4 * j), share, gap))

@@ -20,17 +20,15 @@ FIGURE6_K = np.array([-25.0, 10.0, -25.0])  # 1/m: the moment is B k, the same v
 FIGURE6_EI, FIGURE6_D = 4e-7, 2.6e-7  # N m^2
 
 # Figure 7: printed are E I1 = 3, E I2 = 2, D = 0.5, k = (0, 2, 0.1) and n = 0 at the start, in no unit.
-# Not printed: length and weight per length; these show two and a half turns, bent but not torn open by the weight.
+# Not printed: length and weight per length; these show five turns that the weight bends but does not pull straight.
 FIGURE7_K = np.array([0.0, 2.0, 0.1])
-FIGURE7_LENGTH = 8.0
-FIGURE7_WEIGHT = {"a": 0.02, "b": 0.25}
+FIGURE7_LENGTH = 16.0
+FIGURE7_WEIGHT = {"a": 0.005, "b": 0.02}
 
 
 def figure5(stretch: bool = False) -> Equilibrium:
     """A cantilever under its own weight, clamped horizontally: w L^3 / EI = 613.125."""
-    rod = Rod(
-        length=0.25, section=Circle(radius=1e-3), material=Material(E=1e6, nu=0.5, density=1e3), stretch=stretch
-    )
+    rod = Rod(length=0.25, section=Circle(radius=1e-3), material=Material(E=1e6, nu=0.5, density=1e3), stretch=stretch)
     return Equilibrium(rod, start=Clamped(tangent=(1, 0, 0)), loads=[Gravity()])
 
 
@@ -80,13 +78,14 @@ def charged(field: float) -> Equilibrium:
     return Equilibrium(figure5().rod, start=Clamped(tangent=(1, 0, 0)), loads=loads)
 
 
-TURNS_PER_SECOND = (0.0, 1.0, 2.0, 4.0)
-FIELDS = (0.0, 2e5, 3e5, 5e5)  # V/m; 3.08e5 V/m would carry the rod's weight
+TURNS_PER_SECOND = (0.0, 0.8, 1.2, 1.6, 2.4, 4.0)
+FIELDS = (0.0, 2e5, 2.8e5, 3.2e5, 3.6e5, 5e5)  # V/m; 3.08e5 V/m would carry the rod's weight
 
 
 def geometry() -> Equilibrium:
-    """The rod that figures 1 to 4 are drawn from: thick enough to be seen, bent and twisted by its end loads."""
-    rod = Rod(length=1.0, section=Circle(radius=0.06), material=Material(E=1e5, nu=0.5, density=1e3))
-    EI = 1e5 * np.pi * 0.06**4 / 4.0
-    loads = [EndForce((0.9 * EI, 0.6 * EI, -0.8 * EI)), EndMoment((0.0, 0.7 * EI, 1.0 * EI))]
-    return Equilibrium(rod, start=Clamped(tangent=(0.6, 0.0, 0.8)), loads=loads)
+    """The rod that figures 1 to 4 are drawn from: of foam, thick enough to be seen, bent and twisted by weight and end."""
+    rod = Rod(length=1.0, section=Circle(radius=0.035), material=Material(E=1e5, nu=0.5, density=20.0))
+    loads = [Gravity(), EndForce((0.6, 0.3, 0.8)), EndMoment((0.4, 0.4, 0.2))]
+    return Equilibrium(
+        rod, start=Clamped(position=(0.1, 0.1, 0.3), tangent=(0.8, -0.3, 0.5), d1=(0.35, -0.2, -0.7)), loads=loads
+    )

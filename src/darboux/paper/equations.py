@@ -59,9 +59,17 @@ def integrate_as_printed(
     Raises ``RuntimeError`` where ``solve_ivp`` fails.
     """
     start = np.concatenate([n * FLIP, k * FLIP, (R * FLIP).T.ravel(), np.zeros(3)])
-    scale = np.concatenate([np.full(3, max(rod.weight * length, 1e-30)), np.full(3, 1.0 / length), np.ones(9), np.full(3, length)])
+    scale = np.concatenate(
+        [np.full(3, max(rod.weight * length, 1e-30)), np.full(3, 1.0 / length), np.ones(9), np.full(3, length)]
+    )
     found = solve_ivp(
-        lambda _, theta: right_hand_side(rod, theta), (0.0, length), start, method=method, t_eval=s, rtol=rtol, atol=rtol * scale * 1e-2
+        lambda _, theta: right_hand_side(rod, theta),
+        (0.0, length),
+        start,
+        method=method,
+        t_eval=s,
+        rtol=rtol,
+        atol=rtol * scale * 1e-2,
     )
     if not found.success:
         raise RuntimeError(f"solve_ivp failed on the paper's equations: {found.message}")

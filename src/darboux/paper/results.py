@@ -48,7 +48,9 @@ def figure5() -> Part:
     for model, problem in (("inextensible", cases.figure5()), ("stretch", cases.figure5(stretch=True))):
         methods: dict[str, Any] = {"shooting": Shooting(), "elastica": Elastica()}
         methods |= {name: DiscreteRod(segments=n) for name, n in cases.FIGURE5_SEGMENTS.items()}
-        two_vertices = {f"{name}_two_vertices": DiscreteRod(n, "two_vertices") for name, n in cases.FIGURE5_SEGMENTS.items()}
+        two_vertices = {
+            f"{name}_two_vertices": DiscreteRod(n, "two_vertices") for name, n in cases.FIGURE5_SEGMENTS.items()
+        }
         methods = {name: method for name, method in (methods | two_vertices).items() if method.refuses(problem) is None}
         found = comparison.compare(problem, list(methods.values()))
         part.comparisons[model] = found

@@ -87,13 +87,17 @@ def _summary(numbers: dict[str, Any]) -> Table:
         table.add_column(column)
     if "figure5" in numbers:
         for clamp, order in numbers["figure5"]["order"].items():
-            table.add_row("figure 5", f"order of DER, clamp {clamp}", f"{order:.3f}", "512 to 1024 segments, with stretch")
+            table.add_row(
+                "figure 5", f"order of DER, clamp {clamp}", f"{order:.3f}", "512 to 1024 segments, with stretch"
+            )
     if "figure6" in numbers:
         six, exact = numbers["figure6"], numbers["figure6"]["exact"]
         for name in ("initial_value", "shooting", "discrete_100"):
             for quantity in ("radius", "pitch"):
                 gap = abs(six[name][quantity] - exact[quantity])
-                table.add_row("figure 6", f"{quantity}, {name}", f"{six[name][quantity]:.12g} m", f"exact helix: {gap:.1e} m off")
+                table.add_row(
+                    "figure 6", f"{quantity}, {name}", f"{six[name][quantity]:.12g} m", f"exact helix: {gap:.1e} m off"
+                )
         table.add_row("figure 6", "order of DER", f"{six['discrete_order']:.3f}", "512 to 1024 segments")
     for reading, shapes in numbers.get("figure7", {}).items():
         for orientation, values in shapes.items():
@@ -103,5 +107,7 @@ def _summary(numbers: dict[str, Any]) -> Table:
         table.add_row("invariants", name.replace("_", " "), f"{drift:.1e}", "relative drift along an unloaded rod")
     if "conventions" in numbers:
         gap = numbers["conventions"]["max_difference"]
-        table.add_row("conventions", "largest distance", f"{gap:.1e} L", "the printed left-handed equations, by SciPy's RK45")
+        table.add_row(
+            "conventions", "largest distance", f"{gap:.1e} L", "the printed left-handed equations, by SciPy's RK45"
+        )
     return table

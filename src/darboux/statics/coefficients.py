@@ -24,6 +24,7 @@ from darboux.kernels.rod_equations import (
     SINV,
     WIDTH,
 )
+from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
@@ -112,33 +113,62 @@ def table(problem: Equilibrium, scale: Scale) -> Table:
     return piecewise(lambda x: columns(problem, scale, x), breaks)
 
 
-def inside_mean(values: Array) -> Array:
-    return np.asarray(np.mean(values, axis=0, keepdims=True))
-
-
 def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
-    """Fit a function of x by polynomials of degree 7 on pieces that are halved until they meet the tolerance."""
-    t = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # Chebyshev points of the second kind on [0, 1]
-    probes = 0.5 * (t[:-1] + t[1:])
+    """Fit a function of x by polynomials of degree 7 on pieces that are halved until they meet the tolerance.
+
+    Each piece interpolates at Chebyshev's points of the second kind and is tried half-way between them. A jump is
+    enclosed by halving, and bridged by a constant over a width of 2^-44. Raises ``InvalidInput`` where the function is
+    too rough to be followed.
+    """
+    x = 0.5 - 0.5 * _POINTS
     powers = np.arange(DEGREE + 1)
-    inverse = np.linalg.inv(t[:, None] ** powers)
-    probe_matrix = probes[:, None] ** powers
+    probes = 0.5 * (x[:-1] + x[1:])
+    to_probes = probes[:, None] ** powers
     largest = np.max(np.abs(function(np.linspace(0.0, 1.0, 65))), axis=0)
-    todo = [(a, b) for a, b in zip(breaks[:-1], breaks[1:], strict=True)][::-1]
+    todo = list(zip(breaks[:-1], breaks[1:], strict=True))[::-1]
     starts: list[float] = []
     pieces: list[Array] = []
     while todo:
+        if len(pieces) + len(todo) > MOST_PIECES:
+            raise InvalidInput(
+                "a quantity of the problem varies too roughly along the rod to be followed: its function is noisy or jumps "
+                f"more than about {MOST_PIECES // 80} times. Smooth it, or give it as a Table."
+            )
         a, b = todo.pop()
-        inside = np.clip(a + (b - a) * t, a + 1e-15 * (b - a), b)
-        local = inverse @ function(inside)
-        fault = np.abs(probe_matrix @ local - function(a + (b - a) * probes))
-        if np.all(fault <= TOLERANCE * largest):
+        values = function(np.clip(a + (b - a) * x, a + 1e-15 * (b - a), b))
+        spectrum = _TO_SPECTRUM @ values
+        spectrum[np.abs(spectrum) < 4e-16 * np.max(np.abs(values), axis=0)] = (
+            0.0  # rounding, which powers would magnify
+        )
+        local = _TO_POWERS @ spectrum
+        if np.all(np.abs(to_probes @ local - function(a + (b - a) * probes)) <= TOLERANCE * largest):
             starts.append(a)
             pieces.append(local / (b - a) ** powers[:, None])
-        elif b - a < NARROWEST or len(pieces) + len(todo) > MOST_PIECES:  # a jump: the mean of both sides, no more
+        elif b - a < NARROWEST:
             starts.append(a)
-            pieces.append(np.where(powers[:, None] == 0, inside_mean(function(inside)), 0.0))
+            pieces.append(np.where(powers[:, None] == 0, np.mean(values, axis=0), 0.0))
         else:
             middle = 0.5 * (a + b)
             todo += [(middle, b), (a, middle)]
     return Table(np.array([*starts, 1.0]), np.array(pieces))
+
+
+def _spectrum_matrix() -> Array:
+    """Return the matrix from values at Chebyshev's points of the second kind to coefficients of T_0 ... T_7."""
+    k, j = np.indices((DEGREE + 1, DEGREE + 1))
+    halved = np.where((k % DEGREE) == 0, 0.5, 1.0) * np.where((j % DEGREE) == 0, 0.5, 1.0)
+    return np.asarray(2.0 / DEGREE * halved * np.cos(np.pi * k * j / DEGREE))
+
+
+def _powers_matrix() -> Array:
+    """Return the matrix (of whole numbers) from coefficients of T_k(1 - 2 x) to those of the powers of x."""
+    result = np.zeros((DEGREE + 1, DEGREE + 1))
+    for k in range(DEGREE + 1):
+        shifted = np.polynomial.Chebyshev.basis(k)(np.polynomial.Polynomial([1.0, -2.0]))
+        result[: k + 1, k] = np.round(shifted.coef)
+    return result
+
+
+_POINTS = np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # on [-1, 1], descending: x = 0 comes first
+_TO_SPECTRUM = _spectrum_matrix()
+_TO_POWERS = _powers_matrix()

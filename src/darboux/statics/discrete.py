@@ -31,9 +31,11 @@ Array = NDArray[np.float64]
 
 CLAMPS = ("half_cell", "two_vertices")
 PENALTY = 1e6  # EA L^2 / EI of an inextensible rod's edges: a penalty that multipliers make exact
+SLACK = 1e3  # and, on the way, of a rod held at both ends, which as a straight one could not leave its place
 PATH_TOLERANCE = 1e-6  # of Newton's last change, as a turn in rad, on the way
 TOLERANCE = 1e-10  # and at full load
 MOST_ITERATIONS = 40
+SHORT_STEP = 2e-3  # of the load factor
 SHORTEST_LINE = 2.0**-12
 
 
@@ -82,7 +84,9 @@ class DiscreteRod:
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
         if problem.rod.shear:
-            return "DiscreteRod states rods that do not shear, but rod.shear is True; use Shooting(), or set shear=False."
+            return (
+                "DiscreteRod states rods that do not shear, but rod.shear is True; use Shooting(), or set shear=False."
+            )
         loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
         if np.any(loads.b) or np.any(loads.lb):
             return "DiscreteRod states dead loads, but a load turns with the section (frame='section'); use Shooting()."
@@ -100,6 +104,7 @@ class DiscreteRod:
             code, message = load_path.ending(path, "DiscreteRod")
             shape = path.state
             if path.load_factor == 1.0:
+                chain.came_from = 1.0
                 settled = chain.newton(shape, 1.0, TOLERANCE)
                 if settled is None:
                     code, message = "no_convergence", "Newton's method did not settle at full load; try fewer segments."
@@ -142,6 +147,7 @@ class _Chain:
         self.problem, self.method = problem, method
         self.scale = Scale.of(problem)
         self.iterations = 0
+        self.came_from = 0.0  # the load factor of the last equilibrium
         self.held = (problem.start.holds, problem.end.holds)
         self.springs = tuple(held and method.clamp == "half_cell" for held in self.held)
         N = self.edges = method.segments
@@ -167,8 +173,9 @@ class _Chain:
         self.stiffness = _six(B).ravel()
         self.kappa0 = (at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
         stretch = on_edges[:, SINV + 2]
-        self.inextensible = not self.problem.rod.stretch
-        self.EA = np.full(self.edges, PENALTY) if self.inextensible else 1.0 / stretch
+        self.lent = not self.problem.rod.stretch and all(self.held)
+        self.inextensible = not self.problem.rod.stretch and not self.lent
+        self.EA = 1.0 / stretch if self.problem.rod.stretch else np.full(self.edges, PENALTY)
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
         self.f = at_vertices[:, force : force + 3] * self.V[:, None]
         self.C = _six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None]
@@ -220,9 +227,18 @@ class _Chain:
     # -- moving --------------------------------------------------------------------------------------------------
 
     def _moved(self, shape: _Shape, step: Array, scale: float) -> _Shape:
-        new = State(*(np.empty_like(part) for part in shape.state[:3]), shape.state.m.copy())
-        discrete_rod.advance(shape.state, step, scale, new)
-        return replace(shape, state=new)
+        """Return the shape after a step; edges turn rather than shear, and multipliers take up an inextensible rod's."""
+        x, t, d1, m = shape.state
+        turned = np.empty_like(step)
+        discrete_rod.turning_step(x, self.l, step, scale, self.inextensible, *self.held, turned)
+        new = State(np.empty_like(x), np.empty_like(t), np.empty_like(d1), m.copy())
+        discrete_rod.advance(shape.state, turned, 1.0, new)
+        T = shape.T
+        if self.inextensible:
+            moves = np.diff(np.append(step, 0.0).reshape(-1, 4)[:, :3], axis=0)
+            strain = scale * np.einsum("ni,ni->n", t[3:-3].reshape(-1, 3), moves) / self.l
+            T = T + self.EA * (self._stretch(shape) + strain)
+        return replace(shape, state=new, T=T)
 
     def _settled(self, shape: _Shape) -> None:
         """Keep the twists of an accepted state, so that whole turns are not lost."""
@@ -237,13 +253,19 @@ class _Chain:
         position1 = (np.array(self.problem.end.position) - self.scale.origin) / self.scale.length
         q = frames.between(q0, frames.quaternion_of_matrix(self.problem.end.R), load_factor)
         R = frames.matrix_of_quaternion(q)
-        x, t, d1, m = (part.copy() for part in shape.state)
-        x[-3:] = (1.0 - load_factor) * position0 + load_factor * position1
-        t[-3:], d1[-3:] = R[:, 2], R[:, 0]
+        end = (1.0 - load_factor) * position0 + load_factor * position1
+        step = np.zeros(self.unknowns)
+        step[-3:] = end - shape.state.x[-3:]
         if self.method.clamp == "two_vertices":
-            t[-6:-3], d1[-6:-3] = R[:, 2], R[:, 0]
-            x[-6:-3] = x[-3:] - self.l[-1] * R[:, 2]
-        return replace(shape, state=State(x, t, d1, m))
+            step[-7:-4] = end - self.l[-1] * R[:, 2] - shape.state.x[-6:-3]
+        posed = State(*(np.empty_like(part) for part in shape.state[:3]), shape.state.m.copy())
+        discrete_rod.advance(shape.state, step, 1.0, posed)
+        clamped = slice(-6, None) if self.method.clamp == "two_vertices" else slice(-3, None)
+        posed.t[clamped], posed.d1[clamped] = (
+            np.resize(R[:, 2], posed.t[clamped].size),
+            np.resize(R[:, 0], posed.d1[clamped].size),
+        )
+        return replace(shape, state=posed)
 
     # -- Newton's method -----------------------------------------------------------------------------------------
 
@@ -286,10 +308,20 @@ class _Chain:
     def newton(self, shape: _Shape, load_factor: float, tolerance: float) -> tuple[_Shape, float, int] | None:
         """Return the equilibrium near a shape, the largest turn on the way and the iterations; None where it is not near.
 
-        From a stable equilibrium the Hessian must stay positive definite and every step lower the energy, so that the
-        search can't leave its basin; from an unstable one, and under couples, Newton's changes must contract.
+        In a basin of the energy the search stays there, and a branch that is stable may lose that only within a short
+        step, so that it is followed past a buckling load but never left for another. Past it, or under couples, which
+        have no energy, Newton's changes must contract.
         """
-        stable = self.general is None and not shape.index
+        if self.general is None and not shape.index:
+            found = self._descend(shape, load_factor, tolerance, True)
+            if found is not None or load_factor - self.came_from > SHORT_STEP:
+                return found
+        return self._descend(shape, load_factor, tolerance, False)
+
+    def _descend(
+        self, shape: _Shape, load_factor: float, tolerance: float, stable: bool
+    ) -> tuple[_Shape, float, int] | None:
+        """Newton's method: downhill with a positive definite Hessian all the way where ``stable``, else undamped."""
         turned, last, parts = 0.0, np.inf, np.empty(4)
         for iteration in range(1, MOST_ITERATIONS + 1):
             self.iterations += 1
@@ -322,10 +354,7 @@ class _Chain:
             turned += scale * size
             if turned > 4.0 * load_path.LARGEST_CORRECTED_TURN:
                 return None
-            stretched = self._stretch(shape) if self.inextensible else np.zeros(1)
-            if self.inextensible:
-                shape = replace(shape, T=shape.T + self.EA * stretched)
-            if scale == 1.0 and size <= tolerance and np.max(np.abs(stretched)) <= tolerance:
+            if scale == 1.0 and size <= tolerance:
                 return replace(shape, index=index), turned, iteration
             last = size
         return None
@@ -358,6 +387,8 @@ class _Chain:
     def tangent(self, shape: _Shape, load_factor: float) -> tuple[Array, float]:
         """Solve H dx/d(load factor) = -dg/d(load factor), the right side by a difference."""
         step = 1e-6
+        self.came_from = load_factor
+        self._lend(shape, load_factor)
         there = self._posed(shape, load_factor + step)
         self._assemble(there, load_factor + step)
         ahead = self.gradient.copy()
@@ -369,13 +400,26 @@ class _Chain:
         if index < 0:
             return change, np.inf
         tangent = self._solve(factors, -change)
+        moved = np.zeros((self.edges + 1, 4))
+        moved[:, :3] = (there.state.x - shape.state.x).reshape(-1, 3) / step
+        tangent[self.fixed] = moved.ravel()[:-1][self.fixed]  # a far clamp that moves takes its vertices along
         return tangent, self._turn(tangent)
 
     def predict(self, shape: _Shape, tangent: Array, step: float) -> _Shape:
         return self._moved(shape, tangent, step)
 
+    def _lend(self, shape: _Shape, load_factor: float) -> _Shape:
+        """Let an inextensible rod held at both ends stretch on the way, less and less; what pulls then becomes its T."""
+        if not self.lent:
+            return shape
+        self.inextensible = load_factor == 1.0
+        if self.inextensible:
+            shape = self._moved(shape, np.zeros(self.unknowns), 0.0)
+        self.EA[:] = min(SLACK / max(1.0 - load_factor, 1e-12), PENALTY)
+        return shape
+
     def correct(self, shape: _Shape, load_factor: float) -> load_path.Corrected[_Shape] | None:
-        shape = self._posed(shape, load_factor)
+        shape = self._posed(self._lend(shape, load_factor), load_factor)
         found = self.newton(shape, load_factor, PATH_TOLERANCE)
         if found is None:
             return None
@@ -436,8 +480,8 @@ class _Chain:
     def _moments(self, shape: _Shape, R: Array, n: Array, load_factor: float) -> Array:
         """Return the moment that each spring transmits, fixed frame; where there is none, by balance over the edge.
 
-            m_i = sum_j mu_j tau_j,   tau_1 = (b2 x a - b x a2 + kappa1 a x b) / chi,
-            tau_2 = (b x a1 - b1 x a + kappa2 a x b) / chi,   tau_3 = (a + b) / chi,   mu = B (kappa - kappa0) / V
+        m_i = sum_j mu_j tau_j,   tau_1 = (b2 x a - b x a2 + kappa1 a x b) / chi,
+        tau_2 = (b x a1 - b1 x a + kappa2 a x b) / chi,   tau_3 = (a + b) / chi,   mu = B (kappa - kappa0) / V
         """
         rod = self._elasticity(shape.T)
         kappa = np.empty(3 * (self.edges + 1))
@@ -469,7 +513,7 @@ def _sign(negative: int) -> float:
 def nodes_along(segments: int, grading: float, start_held: bool, end_held: bool) -> Array:
     """Return segments + 1 nodes on [0, 1] whose spacing grows smoothly, by the factor ``grading``, away from held ends.
 
-        s(x) = (g^x - 1) / (g - 1),   mirrored for the other end, and in two halves where both ends are held
+    s(x) = (g^x - 1) / (g - 1),   mirrored for the other end, and in two halves where both ends are held
     """
     x = np.linspace(0.0, 1.0, segments + 1)
     if grading == 1.0:

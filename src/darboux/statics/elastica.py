@@ -93,7 +93,7 @@ def unstable_in_plane(plane: PlaneProblem, found: PlaneSolution) -> int | None:
     stiffness = plane.data((edges[1:] + edges[:-1]) / 2.0).B / h
     diagonal = stiffness + np.append(stiffness[1:], 0.0) + h * tension
     diagonal[-1] -= h * tension[-1] / 2.0
-    lowest = float(np.min(diagonal) - 2.0 * np.max(stiffness)) - 1.0
+    lowest = min(float(np.min(diagonal) - 2.0 * np.max(stiffness)), 0.0) - 1.0  # Gershgorin
     return len(eigvalsh_tridiagonal(diagonal, -stiffness[1:], select="v", select_range=(lowest, 0.0)))
 
 
@@ -110,7 +110,9 @@ def message(found: PlaneSolution, unstable: int | None, rtol: float) -> str:
                 "Add a small load across the rod to follow the buckled shape."
             )
         case "converged" if unstable:
-            return f"Converged on {branch}, but unstable in its plane in {unstable} direction(s): the rod would snap away."
+            return (
+                f"Converged on {branch}, but unstable in its plane in {unstable} direction(s): the rod would snap away."
+            )
         case "converged":
             return f"Converged on {branch}."
         case "folded":
@@ -121,17 +123,17 @@ def message(found: PlaneSolution, unstable: int | None, rtol: float) -> str:
             )
         case "unresolved":
             return (
-                f"The shape was found, but not to rtol = {rtol:g}: the data along the rod vary too fast or jump too often. "
-                "Give them as a Table, or allow a larger rtol."
+                f"The shape was found, but not to rtol = {rtol:g}: the data along the rod vary too fast or jump "
+                "too often. Give them as a Table, or allow a larger rtol."
             )
         case "taut":
             return (
-                "The ends are held as far apart as the rod is long, so without stretch it can only be straight, and the "
-                "force along it has no bound. Set stretch=True and use Shooting(), or move the ends closer."
+                "The ends are held as far apart as the rod is long, so without stretch it can only be straight, and "
+                "the force along it has no bound. Set stretch=True and use Shooting(), or move the ends closer."
             )
         case _ if found.pushed and found.reached < 1e-6:
             return (
                 "A straight rod is pushed along its tangent and can buckle to either side: nothing tells which. "
                 "Add a small load across it that chooses one."
             )
-    return f"No equilibrium was found beyond {reached}; the last one is given. Change the load in parts, or use Shooting()."
+    return f"No equilibrium was found beyond {reached}; the last one is given. Use Shooting(), or smaller loads."

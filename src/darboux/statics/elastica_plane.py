@@ -1,7 +1,7 @@
 """From a problem in space to the elastica in its plane, without dimensions, and back.
 
 The clamp's tangent t0 and a unit normal e of the plane span the fixed base (t0, e x t0). The tangent angle theta
-turns about e; lengths are in units of L, forces of EI/L^2, moments of EI/L, with EI that of the clamped end:
+turns about e; lengths are in units of L, forces of EI/L^2, moments of EI/L, with EI that at s = 0 of the rod:
 
     x' = cos(theta),  y' = sin(theta),  n' = -f,  M = B (theta' - k0),  M' = n_x sin(theta) - n_y cos(theta) - l
 
@@ -261,7 +261,7 @@ def plane_of(problem: Equilibrium) -> PlaneProblem:
             f"(EI1 and EI2 differ), so the rod also bends out of it. {INSTEAD}, or turn the clamp's d1."
         )
 
-    unit = float((stiffness.EI1, stiffness.EI2)[axis][-1 if backwards else 0])
+    unit = float((stiffness.EI1, stiffness.EI2)[axis][0])
     base = np.column_stack([tangent, np.cross(normal, tangent)])
     return PlaneProblem(
         problem=problem,

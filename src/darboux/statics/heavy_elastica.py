@@ -38,6 +38,7 @@ P = 20  # points on an element
 TAIL = 3  # coefficients at the end of a series that must have decayed
 NARROWEST = 1e-13  # of L: where a jump in the data is not halved any further
 MOST_ELEMENTS = 2000
+IN_PLACE = 1e-12  # between the place that the held end slid to and its own
 TAUT = 1.0 - 1e-9  # of L, between held ends: the force along a rod drawn straight has no bound
 STRAIGHT = 0.1  # rad: an unloaded rod that turns by less can't be pushed together along its tangent
 
@@ -117,7 +118,7 @@ def followed(plane: PlaneProblem) -> list[Branch[Elements]]:
         return [first]
     slid = first.system.states(first.u, np.ones(1))
     here = np.append(slid.r[0], slid.theta[0])
-    if np.max(np.abs(wanted - here)) < NARROWEST:
+    if np.max(np.abs(wanted - here)) < IN_PLACE:
         return [first]
     if np.hypot(*wanted[:2]) > TAUT:
         return [replace(first, code="taut")]

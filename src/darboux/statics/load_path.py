@@ -61,7 +61,8 @@ class Path(Generic[State]):
     steps: int = 0
     rejected: int = 0
     iterations: int = 0
-    crossings: list[float] = field(default_factory=list)  # load factors at which the Jacobian's determinant changed sign
+    crossings: list[tuple[float, float]] = field(default_factory=list)  # load factors between which the determinant
+    # of the Jacobian changed its sign
 
 
 def follow(branch: Branch[State], state: State) -> Path[State]:
@@ -85,7 +86,7 @@ def follow(branch: Branch[State], state: State) -> Path[State]:
             if step < SMALLEST_STEP:
                 return path
         if reached.sign * sign < 0.0:
-            path.crossings.append(0.5 * (path.load_factor + goal))
+            path.crossings.append((path.load_factor, goal))
         sign = reached.sign
         path.state, path.load_factor = reached.state, goal
         path.steps += 1
@@ -100,10 +101,10 @@ def ending(path: Path[State], method: str) -> tuple[str, str]:
     if path.load_factor >= 1.0:
         if not path.crossings:
             return "converged", "converged: the equilibrium that follows from the unloaded rod."
-        where = ", ".join(f"{100.0 * crossing:.3g} %" for crossing in path.crossings)
+        where = " and ".join(f"between {100.0 * a:.3g} % and {100.0 * b:.3g} %" for a, b in path.crossings)
         return "converged", (
-            f"converged: the equilibrium that follows from the unloaded rod; on the way, near {where} of the load, other "
-            "equilibria meet it and its stability changes. DiscreteRod() says whether it is stable."
+            f"converged: the equilibrium that follows from the unloaded rod; {where} of the load other equilibria branch "
+            "off it, and its stability changes."
         )
     if path.load_factor == 0.0:
         return "no_convergence", (

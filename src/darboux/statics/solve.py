@@ -45,5 +45,7 @@ def checked_method(field: str, method: Any) -> Method:
     if isinstance(method, type) or not (hasattr(method, "solve") and hasattr(method, "refuses")):
         name = method.__name__ if isinstance(method, type) else checks.shown(method)
         hint = f" Did you mean {name}()?" if isinstance(method, type) else ""
-        raise InvalidInput(f"{field} is {name}; it must be a method, such as Shooting() or DiscreteRod(segments=50).{hint}")
+        raise InvalidInput(
+            f"{field} is {name}; it must be a method, such as Shooting() or DiscreteRod(segments=50).{hint}"
+        )
     return method  # type: ignore[no-any-return]

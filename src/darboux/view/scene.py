@@ -57,32 +57,38 @@ class Scene:
             self.ax.plot(x, y, color="white", lw=width, solid_capstyle="butt", zorder=style.get("zorder", 3.0) - 0.01)
         return self.ax.plot(x, y, **style)[0]
 
-    def curve(self, points: Array, *, width: float, colour: Any, halo: float = 1.2, zorder: float = 3.0) -> None:
-        """Draw a solid line that passes before itself where it is nearer: short pieces from back to front, with halos."""
+    def curve(
+        self, points: Array, *, width: float, colour: Any, halo: float = 1.2, pieces: int = 40, zorder: float = 3.0
+    ) -> None:
+        """Draw a line that visibly passes before itself where it is nearer.
+
+        Its ``pieces`` are drawn from back to front, each on a white halo. A halo ends before its piece does, and a piece
+        reaches into its neighbours, so that no joint shows.
+        """
         from matplotlib.collections import LineCollection
 
         flat, depth = self.camera.project(points), self.camera.depth(points)
-        pieces = np.stack([flat[:-1], flat[1:]], axis=1)
-        order = np.argsort(depth[:-1] + depth[1:])
-        # A piece and its halo lie side by side in the order; the halo has flat ends and is a little shorter.
-        shorter = pieces.mean(axis=1, keepdims=True) + 0.98 * (pieces - pieces.mean(axis=1, keepdims=True))
-        both = np.stack([shorter[order], pieces[order]], axis=1).reshape(-1, 2, 2)
-        n = len(order)
-        lines = LineCollection(
-            list(both),
-            colors=["white", colour] * n,
-            linewidths=[width + 2.0 * halo, width] * n,
+        cuts = np.linspace(0, len(points) - 1, pieces + 1).astype(int)
+        order = np.argsort([depth[i : j + 1].mean() for i, j in zip(cuts[:-1], cuts[1:], strict=True)])
+        lines = []
+        for i, j in ((cuts[n], cuts[n + 1]) for n in order):
+            lines += [flat[i + 1 : j], flat[max(i - 1, 0) : j + 2]]
+        collection = LineCollection(
+            lines,
+            colors=["white", colour] * pieces,
+            linewidths=[width + 2.0 * halo, width] * pieces,
             capstyle="butt",
+            joinstyle="round",
             zorder=zorder,
         )
-        self.ax.add_collection(lines, autolim=False)
+        self.ax.add_collection(collection, autolim=False)
 
-    def faces(self, faces: Faces, zorder: float = 2.0, alpha: float = 1.0) -> None:
-        """Draw the faces from back to front; each is outlined in its own colour, so that no seam shows between them."""
+    def faces(self, faces: Faces, zorder: float = 2.0, strength: float = 1.0) -> None:
+        """Draw the faces from back to front, outlined in their own colours so that no seam shows; paler below strength 1."""
         from matplotlib.collections import PolyCollection
 
         order = np.argsort(self.camera.depth(faces.corners).mean(axis=1))
-        colours = 1.0 - alpha * (1.0 - faces.colours[order])  # paler, not see-through: faces hide each other
+        colours = 1.0 - strength * (1.0 - faces.colours[order])  # not see-through: faces still hide each other
         polygons = PolyCollection(
             list(self.camera.project(faces.corners[order])), facecolors=colours, edgecolors=colours, linewidths=0.4, zorder=zorder
         )
@@ -152,9 +158,13 @@ class Scene:
             )
         )
 
-    def text(self, point: Any, words: str, offset: tuple[float, float] = (0.0, 0.0), **style: Any) -> Any:
-        """Write at a point (3,), moved by ``offset`` points on the page."""
+    def text(self, point: Any, words: str, offset: tuple[float, float] = (0.0, 0.0), halo: float = 1.5, **style: Any) -> Any:
+        """Write at a point (3,), moved by ``offset`` points on the page, with a white ``halo`` against what lies behind."""
+        from matplotlib.patheffects import Normal, Stroke
+
         style = {"ha": "center", "va": "center", "zorder": 9.0} | style
+        if halo:
+            style["path_effects"] = [Stroke(linewidth=2.0 * halo, foreground="white", alpha=0.85), Normal()]
         x, y = self.camera.project(point)
         return self.ax.annotate(words, (x, y), xytext=offset, textcoords="offset points", annotation_clip=False, **style)
 
@@ -171,6 +181,14 @@ class Scene:
         style = {"marker": "o", "ms": 4.5, "color": BLACK, "zorder": 7.0} | style
         x, y = self.camera.project(point)
         self.ax.plot([x], [y], linestyle="none", **style)
+
+    def scale_bar(self, length: float, label: str, place: tuple[float, float]) -> None:
+        """Draw a bar of ``length`` from ``place`` (fractions of the axes): true for lengths that lie in the picture plane."""
+        x, y = self.ax.transLimits.inverted().transform(place)
+        self.ax.plot([x, x + length], [y, y], color=BLACK, lw=2.4, solid_capstyle="butt", zorder=8.0)
+        self.ax.annotate(
+            label, (x + length / 2.0, y), xytext=(0.0, 4.0), textcoords="offset points", ha="center", va="bottom", fontsize=10.0
+        )
 
     def box(
         self,

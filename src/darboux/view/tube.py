@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LIGHT = np.array([-0.45, 0.55, 0.70])  # in the camera's axes: from above, over the viewer's left shoulder
-STRIPE = 0.16  # half the angle in rad that a material line takes on the section
 
 
 @dataclass(frozen=True)
@@ -26,24 +26,31 @@ class Faces:
 
 
 def tube(
-    r: Array, R: Array, radius: float, view: Array, *, colour: Any, line_colour: Any = None, around: int = 24
+    r: Array, R: Array, radius: float, view: Array, *, colour: Any, lines: Sequence[tuple[float, float, Any]] = (), around: int = 32
 ) -> Faces:
-    """Return the faces of a round rod that look at the viewer, with a material line along d1.
+    """Return the faces of a round rod that look at the viewer, with material lines along it that show its twist.
 
     Arguments: ``r`` (n, 3) the centreline and ``R`` (n, 3, 3) the directors at n sections; ``radius``; ``view`` (3, 3)
-    the camera's rotation; ``colour`` and ``line_colour`` in RGB; ``around`` the faces round a section.
+    the camera's rotation; ``colour`` in RGB; ``lines`` the angle from d1, the half width (both in rad) and the colour
+    of each material line; ``around`` the faces round a section.
     """
-    stripe = STRIPE if line_colour is not None else np.pi / around
-    angle = np.concatenate([[-stripe], np.linspace(stripe, 2.0 * np.pi - stripe, around)])
+    edges, strips = [], []
+    for angle, half, line_colour in sorted(lines, key=lambda line: line[0]):
+        edges += [angle - half, angle + half]
+        strips.append((angle, half, line_colour))
+    plain = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False) + np.pi / around
+    free = [a for a in plain if all(abs((a - b + np.pi) % (2.0 * np.pi) - np.pi) > 1.5 * h for b, h, _ in strips)]
+    angle = np.sort(np.concatenate([free, edges]))
+    angle = np.append(angle, angle[0] + 2.0 * np.pi)
     outward = np.cos(angle)[:, None] * R[:, None, :, 0] + np.sin(angle)[:, None] * R[:, None, :, 1]  # (n, m, 3)
     points = r[:, None] + radius * outward
     corners = np.stack([points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]], axis=2)
-    centre = corners.mean(axis=2)
-    normal = centre - 0.5 * (r[:-1] + r[1:])[:, None]
+    normal = corners.mean(axis=2) - 0.5 * (r[:-1] + r[1:])[:, None]
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     base = np.broadcast_to(np.array(colour, dtype=float), normal.shape).copy()
-    if line_colour is not None:
-        base[:, 0] = line_colour
+    middle = 0.5 * (angle[:-1] + angle[1:])
+    for place, half, line_colour in strips:
+        base[:, np.abs((middle - place + np.pi) % (2.0 * np.pi) - np.pi) < half] = line_colour
     seen = normal @ view[2] > -0.05
     return Faces(corners[seen], _shaded(base[seen], normal[seen], view))
 
@@ -57,7 +64,7 @@ def cap(r: Array, R: Array, radius: float, view: Array, *, colour: Any, outward:
     rim = r + radius * (np.cos(angle)[:, None] * R[:, 0] + np.sin(angle)[:, None] * R[:, 1])
     centre = np.broadcast_to(r, (around // 2, 3))
     corners = np.stack([centre, rim[:-1:2], rim[1::2], rim[2::2]], axis=1)
-    shade = _shaded(np.array([colour], dtype=float), normal[None], view)
+    shade = (0.96 + 0.04 * normal[None] @ view.T @ LIGHT[:, None] / np.linalg.norm(LIGHT)) * np.array(colour)  # flat and light
     return Faces(corners, np.repeat(shade, len(corners), axis=0))
 
 
