@@ -113,7 +113,8 @@ def test_a_mistake_gets_one_sentence(mistake, words: list[str]) -> None:
     assert isinstance(caught.value, ValueError)
     for word in words:
         assert word in text, f"{word!r} is missing in: {text}"
-    assert "\n" not in text and len(text) < 400
+    assert "\n" not in text
+    assert len(text) < 400
     assert text.rstrip()[-1] in ".?"
 
 

@@ -54,7 +54,8 @@ def test_frozen_values(value) -> None:
 def test_problems_are_changed_by_copy() -> None:
     problem = dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, EA=1e3)))
     loaded = problem.with_load(dx.EndForce((1, 0, 0)))
-    assert problem.loads == () and len(loaded.loads) == 1
+    assert problem.loads == ()
+    assert len(loaded.loads) == 1
     assert loaded.with_rod(stretch=True).rod.model == "stretch"
     assert loaded.rod.model == "inextensible"
     # A single load needs no list.

@@ -8,43 +8,61 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+__version__ = "0.1.0"  # the same stands in pyproject.toml; a test holds them together
 
-_HOME = {
-    "InvalidInput": "errors",
-    "NotConverged": "errors",
-    "Table": "profile",
-    "Material": "material",
-    "Circle": "section",
-    "Tube": "section",
-    "Rectangle": "section",
-    "Ellipse": "section",
-    "Stiffness": "section",
-    "Helix": "natural",
-    "frame_of_helix": "natural",
-    "Rod": "rod",
-    "Clamped": "supports",
-    "Free": "supports",
-    "Gravity": "loads",
-    "LineForce": "loads",
-    "LineCouple": "loads",
-    "Rotation": "loads",
-    "ElectricField": "loads",
-    "EndForce": "loads",
-    "EndMoment": "loads",
-    "Equilibrium": "problem",
-    "EquilibriumSolution": "solution",
-    "Status": "solution",
-    "solve": "statics.solve",
-    "integrate": "statics.shooting",
-    "Shooting": "statics.shooting",
-    "Elastica": "statics.elastica",
-    "DiscreteRod": "statics.discrete",
-    "compare": "comparison",
-    "Comparison": "comparison",
+# Where each public name is made.
+_HOMES = {
+    "errors": ("InvalidInput", "NotConverged"),
+    "profile": ("Table",),
+    "material": ("Material",),
+    "section": ("Circle", "Tube", "Rectangle", "Ellipse", "Stiffness"),
+    "natural": ("Helix", "frame_of_helix"),
+    "rod": ("Rod",),
+    "supports": ("Clamped", "Free"),
+    "loads": ("Gravity", "LineForce", "LineCouple", "Rotation", "ElectricField", "EndForce", "EndMoment"),
+    "problem": ("Equilibrium",),
+    "solution": ("EquilibriumSolution", "Status"),
+    "statics.solve": ("solve",),
+    "statics.shooting": ("integrate", "Shooting"),
+    "statics.elastica": ("Elastica",),
+    "statics.discrete": ("DiscreteRod",),
+    "comparison": ("compare", "Comparison"),
 }
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
 
-__all__ = ["__version__", *_HOME]
+__all__ = [
+    "Circle",
+    "Clamped",
+    "Comparison",
+    "DiscreteRod",
+    "Elastica",
+    "ElectricField",
+    "Ellipse",
+    "EndForce",
+    "EndMoment",
+    "Equilibrium",
+    "EquilibriumSolution",
+    "Free",
+    "Gravity",
+    "Helix",
+    "InvalidInput",
+    "LineCouple",
+    "LineForce",
+    "Material",
+    "NotConverged",
+    "Rectangle",
+    "Rod",
+    "Rotation",
+    "Shooting",
+    "Status",
+    "Stiffness",
+    "Table",
+    "Tube",
+    "compare",
+    "frame_of_helix",
+    "integrate",
+    "solve",
+]
 
 if TYPE_CHECKING:
     from darboux.comparison import Comparison, compare
@@ -73,4 +91,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return [*__all__, "__version__"]

@@ -31,6 +31,7 @@ def shown(value: object) -> str:
 
 
 def with_unit(value: object, unit: str) -> str:
+    """Return the value as shown, with its unit."""
     return f"{shown(value)} {unit}".rstrip()
 
 
@@ -48,6 +49,7 @@ def number(field: str, value: object, unit: str = "") -> float:
 
 
 def in_unit(unit: str) -> str:
+    """Return " in m" for the unit m, nothing for no unit."""
     return f" in {unit}" if unit else ""
 
 
@@ -61,6 +63,7 @@ def positive(field: str, value: object, unit: str = "") -> float:
 
 
 def not_negative(field: str, value: object, unit: str = "") -> float:
+    """Return a finite float of zero or more."""
     result = number(field, value, unit)
     if result < 0.0:
         raise InvalidInput(f"{field} is {with_unit(value, unit)}; it must not be negative. Did you mean {-result:g}?")
@@ -132,14 +135,10 @@ def rotation(field: str, value: object) -> NDArray[np.float64]:
 
 
 def instance(field: str, value: object, kind: type | tuple[type, ...], allowed: str) -> Any:
+    """Return the value if it is of the kind; ``allowed`` says in words what it may be."""
     if not isinstance(value, kind):
         raise InvalidInput(f"{field} is {shown(value)}; it must be {allowed}.")
     return value
-
-
-def at_path(path: str) -> Callable[[InvalidInput], InvalidInput]:
-    """Return a function that puts the owner's name before the field of a complaint: ``radius`` to ``rod.section.radius``."""
-    return lambda complaint: InvalidInput(f"{path}.{complaint}")
 
 
 def checked_call(function: Callable[P, T], name: str = "") -> Callable[P, T]:
@@ -170,7 +169,7 @@ def checked_call(function: Callable[P, T], name: str = "") -> Callable[P, T]:
 def description(cls: type[T]) -> type[T]:
     """Make a class a frozen value (compared, hashed and copied by its fields) that refuses unknown keywords in words."""
     frozen = dataclasses.dataclass(frozen=True)(cls)
-    frozen.__init__ = checked_call(frozen.__init__, cls.__name__)  # type: ignore[misc]
+    frozen.__init__ = checked_call(frozen.__init__, cls.__name__)  # type: ignore[method-assign]
     return frozen
 
 

@@ -67,5 +67,5 @@ def main() -> None:
 
 
 def _complain(sentence: str, status: int) -> None:
-    print(sentence, file=sys.stderr)  # noqa: T201: the command speaks
+    typer.echo(sentence, err=True)
     sys.exit(status)

@@ -46,6 +46,7 @@ class Entry:
 
     @property
     def name(self) -> str:
+        """The method, as the table shows it."""
         return str(self.solution.method)
 
 
@@ -69,57 +70,40 @@ class Comparison:
     def verdict(self) -> str:
         """What the numbers say, in words."""
         reference = self.entries[self.reference]
-        sentences = list(self.unlike)
-        for entry in self.entries:
-            if not entry.solution.converged:
-                sentences.append(f"{entry.name} did not converge: {entry.solution.status.message}")
-        for i, entry in enumerate(self.entries):
-            if i == self.reference or not entry.solution.converged:
-                continue
-            pair = f"{entry.name} and {reference.name}"
-            gap = entry.distance.centreline
-            if entry.solution.model != reference.solution.model:
-                sentences.append(f"{pair} are {gap:.1e} L apart, the difference of their models in it.")
-            elif entry.order is not None:
-                sentences.append(
-                    f"{entry.name} is {gap:.1e} L away from {reference.name} and closes in with order {entry.order:.2f}."
-                )
-            elif gap <= SAME:
-                sentences.append(f"{pair} agree to {gap:.1e} L.")
-            elif gap <= ANOTHER or hasattr(entry.solution.method, "refined"):
-                sentences.append(f"{pair} are {gap:.1e} L apart.")
-            else:
-                sentences.append(f"{pair} do not agree: {gap:.1e} L apart, so they found different equilibria.")
+        others = [entry for i, entry in enumerate(self.entries) if i != self.reference]
+        sentences = [*self.unlike]
+        sentences += [
+            f"{x.name} did not converge: {x.solution.status.message}" for x in self.entries if not x.solution.converged
+        ]
+        sentences += [_sentence(entry, reference) for entry in others if entry.solution.converged]
         return " ".join(sentences)
 
-    def table(self, title: str = "Agreement of the methods") -> Table:
-        """Return the table as a rich renderable."""
+    def table(self, title: str = "") -> Table:
+        """Return the table as a rich renderable, with the verdict below it; it fits a screen of 80 columns."""
+        from rich import box
         from rich.table import Table
 
-        table = Table(title=title, title_justify="left", caption=self.verdict, caption_justify="left")
-        table.add_column("method", min_width=11, overflow="fold")
-        for column in (
-            "model",
-            "tip (m)",
-            "max |dr| / L",
-            "tip |dr| / L",
-            "end moments",
-            "energy",
-            "order",
-            "time (s)",
-        ):
-            table.add_column(
-                column, justify="left" if column in ("model", "tip (m)") else "right", no_wrap=column != "tip (m)"
-            )
+        reference = self.entries[self.reference].name
+        table = Table(
+            title=f"{title or 'Agreement of the methods'}\nDistance from {reference}: the centreline's largest and the tip's, "
+            "over L; end moments and elastic energy, relative.",
+            title_justify="left",
+            caption=self.verdict,
+            caption_justify="left",
+            box=box.SIMPLE_HEAD,
+            padding=(0, 1, 0, 0),
+        )
+        table.add_column("method", overflow="fold")
+        for column in ("max |dr|/L", "tip |dr|/L", "moments", "energy", "order", "time"):
+            table.add_column(column, justify="right", no_wrap=True)
         for i, entry in enumerate(self.entries):
-            solution, gap = entry.solution, entry.distance
-            numbers = ["reference", "", "", ""] if i == self.reference else [
-                f"{value:.1e}" for value in (gap.centreline, gap.tip, gap.moment, gap.energy)
-            ]  # fmt: skip
-            tip = ", ".join(f"{x:.6g}" for x in solution.tip)
+            gap, solution = entry.distance, entry.solution
+            numbers = [f"{value:.1e}" for value in (gap.centreline, gap.tip, gap.moment, gap.energy)]
+            name = entry.name if solution.model == self.problem.rod.model else f"{entry.name} ({solution.model})"
+            name += "" if solution.converged else " (not converged)"
             order = "" if entry.order is None else f"{entry.order:.2f}"
-            name = entry.name if solution.converged else f"{entry.name} (not converged)"
-            table.add_row(name, solution.model, tip, *numbers, order, f"{entry.seconds:.2g}")
+            cells = ["reference", "", "", ""] if i == self.reference else numbers
+            table.add_row(name, *cells, order, f"{entry.seconds:.2g} s")
         return table
 
     def __rich__(self) -> Table:
@@ -129,7 +113,7 @@ class Comparison:
         from rich.console import Console
 
         text = io.StringIO()
-        Console(file=text, width=140, no_color=True).print(self.table())
+        Console(file=text, width=100, no_color=True).print(self.table())
         return text.getvalue().rstrip()
 
 
@@ -170,6 +154,21 @@ def compare(
         for i, (method, own, (solution, seconds)) in enumerate(zip(chosen, stated, timed, strict=True))
     )
     return Comparison(problem, entries, reference, unlike)
+
+
+def _sentence(entry: Entry, reference: Entry) -> str:
+    """Say how far a converged answer is from the reference, and what that means."""
+    gap = entry.distance.centreline
+    pair = f"{entry.name} and {reference.name}"
+    if entry.solution.model != reference.solution.model:
+        return f"{pair} are {gap:.1e} L apart, the difference of their models in it."
+    if entry.order is not None:
+        return f"{entry.name} is {gap:.1e} L away and closes in with order {entry.order:.2f}."
+    if gap <= SAME:
+        return f"{pair} agree to {gap:.1e} L."
+    if gap <= ANOTHER or hasattr(entry.solution.method, "refined"):
+        return f"{pair} are {gap:.1e} L apart."
+    return f"{pair} do not agree: they are {gap:.1e} L apart, so they found different equilibria."
 
 
 def distance(a: EquilibriumSolution, b: EquilibriumSolution) -> Distance:

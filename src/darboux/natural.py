@@ -27,14 +27,15 @@ class Helix:
     handed: str = "right"
 
     def __post_init__(self) -> None:
-        if isinstance(self.pitch, int | float) and self.pitch < 0.0:
+        pitch = checks.number("natural.pitch", self.pitch, "m")
+        if pitch < 0.0:
             raise InvalidInput(
-                f"natural.pitch is {self.pitch:g} m; it must not be negative. For a left-handed helix write handed='left'."
+                f"natural.pitch is {pitch:g} m; it must not be negative. For a left-handed helix write handed='left'."
             )
         assign(
             self,
             radius=checks.positive("natural.radius", self.radius, "m"),
-            pitch=checks.not_negative("natural.pitch", self.pitch, "m"),
+            pitch=pitch,
             handed=checks.choice("natural.handed", self.handed, ("right", "left")),
         )
 

@@ -255,6 +255,6 @@ class Stiffness(Section):
         }
 
     def stiffness(self, s: Array, material: Material | None) -> SectionStiffness:
-        given: dict[str, Any] = {name: p(s) for name, p in self.profiles().items()}
-        names = ("EI1", "EI2", "GJ", "EA", "GA1", "GA2", "mass")
-        return SectionStiffness(**{name: given.get(name) for name in names})
+        values = {name: p(s) for name, p in self.profiles().items()}
+        given: Any = {"EA": None, "GA1": None, "GA2": None, "mass": None} | values
+        return SectionStiffness(**given)

@@ -27,6 +27,7 @@ class Status:
 
     @property
     def converged(self) -> bool:
+        """True where the equilibrium was found."""
         return self.code == "converged"
 
 
@@ -63,10 +64,12 @@ class Energy:
 
     @property
     def elastic(self) -> float:
+        """Bending, twist and stretch together."""
         return self.bending + self.twist + self.stretch
 
     @property
     def total(self) -> float:
+        """Elastic energy and potential of the loads."""
         return self.elastic + self.load
 
 
@@ -83,7 +86,8 @@ class EquilibriumSolution:
 
     ``problem`` and ``method`` made it; ``model`` names the theory that was solved ("inextensible", "stretch", ...);
     ``status`` says how the solve ended; ``statistics`` counts what it took; ``index`` is the number of unstable
-    directions where the method counts them (0: stable), else None.
+    directions where the method counts them (0: stable), else None; ``elastic_parts`` are the energies of bending, twist
+    and stretch where the method has its own sum for them.
     """
 
     problem: Equilibrium
@@ -94,10 +98,12 @@ class EquilibriumSolution:
     load_factor: float = 1.0
     index: int | None = None
     error: ErrorEstimate = ErrorEstimate()
+    elastic_parts: tuple[float, float, float] | None = None
     statistics: dict[str, Any] = field(default_factory=dict)
 
     @property
     def converged(self) -> bool:
+        """True where the equilibrium was found; else ``status`` says why not."""
         return self.status.converged
 
     def check(self) -> EquilibriumSolution:
@@ -182,7 +188,7 @@ class EquilibriumSolution:
 
     @cached_property
     def energy(self) -> Energy:
-        """The energies by Gauss' rule of three points on each interval between nodes."""
+        """The energies, integrated by Gauss' rule of three points between nodes; elastic ones the method's own if it has."""
         points, weights = gauss_points(self.curve.s)
         rod, y = self.problem.rod, self.curve(points)
         r, R = y[:, 0:3], frames.matrix_of_quaternion(y[:, 3:7])
@@ -193,7 +199,9 @@ class EquilibriumSolution:
         stretched = np.einsum("ni,nij,nj->n", n, S, n)
         loads = self.problem.distributed(points)
         potential = -np.einsum("ni,ni->n", loads.a, r) - 0.5 * np.einsum("ni,nij,nj->n", r, loads.C, r)
-        bending, twist, stretch, load = (float(weights @ f) for f in (bent / 2, twisted / 2, stretched / 2, potential))
+        integrals = tuple(float(weights @ f) / 2.0 for f in (bent, twisted, stretched))
+        bending, twist, stretch = integrals if self.elastic_parts is None else self.elastic_parts
+        load = float(weights @ potential)
         ends = sum(
             float(self.problem.end_load(at).force @ self.r(s)) for at, s in (("start", 0.0), ("end", rod.length))
         )

@@ -8,12 +8,13 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 FOLDER = Path(__file__).parent
 
 
@@ -79,14 +80,14 @@ class _KernelLocator(_CacheLocator):  # type: ignore[misc]
 
 
 class _KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
-    _locator_classes = [_KernelLocator]
+    _locator_classes = (_KernelLocator,)
 
 
 class _KernelCache(FunctionCache):  # type: ignore[misc]
     _impl_class = _KernelCacheImpl
 
 
-def jit(function: Callable[..., Any]) -> Callable[..., Any]:
+def jit(function: Kernel) -> Kernel:
     """Compile a kernel at its first call and keep the machine code on disk where a folder is writable."""
     kernel: Any = numba.njit(**OPTIONS)(function)
     if CACHE is not None and hasattr(kernel, "_cache"):
@@ -94,6 +95,6 @@ def jit(function: Callable[..., Any]) -> Callable[..., Any]:
     return kernel  # type: ignore[no-any-return]
 
 
-def inline(function: Callable[..., Any]) -> Callable[..., Any]:
+def inline(function: Kernel) -> Kernel:
     """Compile a small helper that LLVM inlines into every kernel: nothing of it is cached on its own."""
     return numba.njit(forceinline=True, **OPTIONS)(function)  # type: ignore[no-any-return]

@@ -1,1 +1,1 @@
-"""The paper's figures, recomputed: Tola, Daci and Zavalani, A Simulation of an Elastic Filament Using Kirchhoff Model."""
+"""The paper's figures, recomputed: S. Tola, A. Daci, G. Zavalani, A Simulation of an Elastic Filament (2022)."""

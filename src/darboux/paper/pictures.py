@@ -1,4 +1,4 @@
-"""The paper's figures, drawn from solutions: figures 1 to 7, the convergence of figure 5, and the paper's next steps."""
+"""The paper's figures, drawn from solutions: figures 1 to 7, the convergence of figure 5, and the next steps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from darboux.solution import EquilibriumSolution
 from darboux.view import style
 from darboux.view.camera import Camera
 from darboux.view.scene import Scene
-from darboux.view.style import BLACK, BLUE, DIRECTORS, GREEN, GREY, SKY, VERMILION
+from darboux.view.style import BLACK, BLUE, DIRECTORS, GREEN, GREY, VERMILION
 from darboux.view.tube import cap, tube
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# -- figures 1 to 4: the geometry of a rod ---------------------------------------------------------------------------
+# -- figures 1 to 4: the geometry of a rod -----------------------------------------------------------------------------
 
 CAMERA = Camera(azimuth=-45.0, elevation=22.0)
 ROD = (0.82, 0.87, 0.93)
@@ -103,8 +103,8 @@ def _figure2(part: Part) -> Figure:
     scene.fit(_extent(rod), (0.65, 0.8, 0.75, 0.35))
     _note(
         figure,
-        r"The segment $[a, b]$ is in balance under its weight and the contact forces and moments (two heads) of its neighbours."
-        "\n"
+        r"The segment $[a, b]$ is in balance under its weight "
+        "and the contact forces and moments (two heads) of its neighbours.\n"
         rf"Scales: 0.1 m in the picture is {0.1 / newton:g} N, {0.1 / newton_metre:g} N m and {0.1 / per_metre:g} N/m;"
         r" $\mathbf{e}_i$ are 0.1 m long.",
     )
@@ -130,7 +130,11 @@ def _figure3(part: Part) -> Figure:
     left.fit(_extent(rod), (0.35, 0.3, 0.6, 0.5))
     _section(figure, rod, s)
     left.ax.set_title("(a)  the section in the rod", loc="left", x=0.06, y=0.95)
-    _note(figure, r"Material point: $\mathbf{p}(x_1, x_2, s) = \mathbf{r}(s) + x_1 \mathbf{d}_1(s) + x_2 \mathbf{d}_2(s)$,  $\mathbf{d}_i = Q\, \mathbf{e}_i$.  In (a) $\mathbf{e}_i$ are 0.2 m long.")
+    _note(
+        figure,
+        r"Material point: $\mathbf{p}(x_1, x_2, s) = \mathbf{r}(s) + x_1 \mathbf{d}_1(s) + x_2 \mathbf{d}_2(s)$,  "
+        r"$\mathbf{d}_i = Q\, \mathbf{e}_i$.  In (a) $\mathbf{e}_i$ are 0.2 m long.",
+    )
     return figure
 
 
@@ -189,13 +193,19 @@ def _figure4(part: Part) -> Figure:
     right.line(np.array([-0.45, 1.25])[:, None] * axis, color=GREY, lw=1.2, linestyle=(0, (6, 2, 1, 2)), zorder=4.0)
     right.text(1.25 * axis, "axis", (0.0, 8.0), color="#4d4d4d")
     for i in range(3):
-        arc = np.array([frames.matrix_of_quaternion(_quaternion(axis, t * angle)) @ E3[i] for t in np.linspace(0.06, 0.94, 40)])
+        arc = np.array(
+            [frames.matrix_of_quaternion(_quaternion(axis, t * angle)) @ E3[i] for t in np.linspace(0.06, 0.94, 40)]
+        )
         right.arc(arc, colour=DIRECTORS[i], width=1.1, head=8.0, zorder=4.5, style=(0, (4, 2)))
     _fixed_frame(right, 1.0)
     _directors(right, np.zeros(3), R, 1.0)
     right.fit(np.vstack([E3, R.T, -0.45 * axis, 1.25 * axis]), (0.35, 0.35, 0.75, 0.55))
     right.ax.set_title(rf"(b)  one turn by {np.degrees(angle):.0f}$\degree$", loc="left", x=0.04, y=0.95)
-    _note(figure, rf"$\mathbf{{d}}_i(s) = Q(s)\, \mathbf{{e}}_i$ at $s = {s:g}$ m.  In (a) $\mathbf{{e}}_i$ and $\mathbf{{d}}_i$ are 0.2 m long; in (b) they have one origin.")
+    _note(
+        figure,
+        rf"$\mathbf{{d}}_i(s) = Q(s)\, \mathbf{{e}}_i$ at $s = {s:g}$ m.  "
+        r"In (a) $\mathbf{e}_i$ and $\mathbf{d}_i$ are 0.2 m long; in (b) they have one origin.",
+    )
     return figure
 
 
@@ -210,7 +220,14 @@ def _circle(R: Array) -> Array:
 
 
 def _rod(
-    scene: Scene, solution: EquilibriumSolution, a: float, b: float, *, strength: float = 1.0, zorder: float = 2.0, around: int = 32
+    scene: Scene,
+    solution: EquilibriumSolution,
+    a: float,
+    b: float,
+    *,
+    strength: float = 1.0,
+    zorder: float = 2.0,
+    around: int = 32,
 ) -> None:
     """Draw the rod between a and b as a shaded tube with both ends closed."""
     L = solution.problem.rod.length
@@ -264,21 +281,45 @@ def _note(figure: Figure, words: str) -> None:
     figure.text(0.5, 0.12 / height, words, ha="center", va="bottom", fontsize=10.0, color="#4d4d4d")
 
 
-# -- figure 5: the cantilever under its own weight -------------------------------------------------------------------
+# -- figure 5: the cantilever under its own weight ---------------------------------------------------------------------
 
 CM = 100.0
 METHODS5: dict[str, tuple[str, dict[str, Any]]] = {  # name: legend, line; in the order of drawing
     "shooting": ("Kirchhoff, shooting", {"color": "#a3d3f2", "lw": 6.0, "zorder": 2.0}),
     "elastica": ("Euler's elastica", {"color": BLACK, "lw": 1.4, "ls": (0, (4, 2.2)), "zorder": 3.0}),
-    "discrete_5": ("DER, 5 vertices", {"color": VERMILION, "lw": 1.3, "marker": "o", "ms": 7.5, "mec": "white", "mew": 0.6, "zorder": 4.0}),
-    "discrete_30": ("DER, 30 vertices", {"color": VERMILION, "lw": 0.9, "marker": "o", "ms": 4.4, "mec": "white", "mew": 0.5, "zorder": 4.2}),
+    "discrete_5": (
+        "DER, 5 vertices",
+        {"color": VERMILION, "lw": 1.3, "marker": "o", "ms": 7.5, "mec": "white", "mew": 0.6, "zorder": 4.0},
+    ),
+    "discrete_30": (
+        "DER, 30 vertices",
+        {"color": VERMILION, "lw": 0.9, "marker": "o", "ms": 4.4, "mec": "white", "mew": 0.5, "zorder": 4.2},
+    ),
     "discrete_5_two_vertices": (
         "DER, 5 vertices, two of them held",
-        {"color": GREEN, "lw": 1.3, "ls": (0, (1, 1.2)), "marker": "s", "ms": 6.5, "mfc": "white", "mew": 1.4, "zorder": 3.6},
+        {
+            "color": GREEN,
+            "lw": 1.3,
+            "ls": (0, (1, 1.2)),
+            "marker": "s",
+            "ms": 6.5,
+            "mfc": "white",
+            "mew": 1.4,
+            "zorder": 3.6,
+        },
     ),
     "discrete_30_two_vertices": (
         "DER, 30 vertices, two of them held",
-        {"color": GREEN, "lw": 1.0, "ls": (0, (1, 1.2)), "marker": "s", "ms": 3.6, "mfc": "white", "mew": 0.9, "zorder": 3.8},
+        {
+            "color": GREEN,
+            "lw": 1.0,
+            "ls": (0, (1, 1.2)),
+            "marker": "s",
+            "ms": 3.6,
+            "mfc": "white",
+            "mew": 0.9,
+            "zorder": 3.8,
+        },
     ),
 }
 
@@ -322,11 +363,9 @@ def _figure5(part: Part) -> Figure:
     style.panel_label(bend, "b", "its bend at the clamp", x=-0.1)
     style.panel_label(gaps, "c", "distances along it", x=-0.30)
     handles, labels = whole.get_legend_handles_labels()
-    order = [0, 1, 2, 3, 4, 5]
     figure.legend(
-        [handles[i] for i in order], [labels[i] for i in order], loc="upper center", ncols=3, bbox_to_anchor=(0.5, 0.995),
-        handletextpad=0.6, labelspacing=0.35,
-    )  # fmt: skip
+        handles, labels, loc="upper center", ncols=3, bbox_to_anchor=(0.5, 0.995), handletextpad=0.6, labelspacing=0.35
+    )
     return figure
 
 
@@ -340,7 +379,18 @@ def _wall(ax: Axes, width: float, height: float, x: float = 0.0, z: float = 0.0)
     """Draw the wall that clamps an end at (x, z), to its left."""
     from matplotlib.patches import Rectangle
 
-    ax.add_patch(Rectangle((x - width, z - height / 2.0), width, height, facecolor="white", edgecolor="#8c8c8c", hatch="/////", lw=0.0, zorder=1.0))
+    ax.add_patch(
+        Rectangle(
+            (x - width, z - height / 2.0),
+            width,
+            height,
+            facecolor="white",
+            edgecolor="#8c8c8c",
+            hatch="/////",
+            lw=0.0,
+            zorder=1.0,
+        )
+    )
     ax.plot([x, x], [z - height / 2.0, z + height / 2.0], color=BLACK, lw=1.6, zorder=1.5, solid_capstyle="butt")
 
 
@@ -349,7 +399,9 @@ def _lens(whole: Axes, low: Array, high: Array, letter: str) -> None:
     from matplotlib.patches import Rectangle
 
     whole.add_patch(Rectangle(tuple(low), *(high - low), fill=False, lw=0.9, edgecolor="#4d4d4d", zorder=5.0))
-    whole.annotate(f"({letter})", (high[0], low[1]), xytext=(4.0, 1.0), textcoords="offset points", va="bottom", fontsize=10.0)
+    whole.annotate(
+        f"({letter})", (high[0], low[1]), xytext=(4.0, 1.0), textcoords="offset points", va="bottom", fontsize=10.0
+    )
 
 
 def _decades(first: int, last: int) -> Any:
@@ -364,18 +416,22 @@ def _figure5_convergence(part: Part) -> Figure:
     ax = style.axes_at(figure, 0.85, 0.62, 5.5, 3.7)
     N = np.array(SEGMENTS, dtype=float)
     looks = {
-        "two_vertices": ("two vertices held, as in the paper", GREEN, "s"),
-        "half_cell": ("clamp placed half a cell from them", VERMILION, "o"),
+        "two_vertices": ("two vertices held (the paper's clamp)", GREEN, "s"),
+        "half_cell": ("half-cell clamp (the default)", VERMILION, "o"),
     }
     for clamp, (label, colour, marker) in looks.items():
         for model, filled in (("inextensible", False), ("stretch", True)):
             errors = np.array(part.data[model][clamp])
+            look: dict[str, Any] = (
+                {"ms": 4.5, "mfc": colour, "ls": "-", "zorder": 3.0}
+                if filled
+                else {"ms": 8.5, "mfc": "white", "ls": "none"}
+            )
             ax.loglog(
-                N, errors, color=colour, marker=marker, ms=4.5 if filled else 8.5, mfc=colour if filled else "white", mew=1.3,
-                lw=1.4, ls="-" if filled else "none", zorder=3.0 if filled else 2.5, label=f"{label}; {MODELS[model]}",
-            )  # fmt: skip
+                N, errors, color=colour, marker=marker, mew=1.3, lw=1.4, label=f"{label}; {MODELS[model]}", **look
+            )
         orders = np.log2(errors[:-1] / errors[1:])
-        for i, order in enumerate(orders):
+        for i, order in ((i, order) for i, order in enumerate(orders) if np.isfinite(order)):
             ax.annotate(
                 f"{order:.2f}", (np.sqrt(N[i] * N[i + 1]), np.sqrt(errors[i] * errors[i + 1])), xytext=(5.0, 6.0),
                 textcoords="offset points", fontsize=9.0, color="#4d4d4d",
@@ -389,7 +445,15 @@ def _figure5_convergence(part: Part) -> Figure:
     ax.grid(True)
     ax.set_xlabel("number of segments $N$")
     ax.set_ylabel(r"error of the tip, $|\Delta \mathbf{r}(L)| / L$")
-    ax.legend(loc="lower left", borderaxespad=0.8, labelspacing=0.35, frameon=True, facecolor="white", edgecolor="none", framealpha=1.0)
+    ax.legend(
+        loc="lower left",
+        borderaxespad=0.8,
+        labelspacing=0.35,
+        frameon=True,
+        facecolor="white",
+        edgecolor="none",
+        framealpha=1.0,
+    )
     return figure
 
 
@@ -401,8 +465,24 @@ def _slope(ax: Axes, n: float, error: float, order: int) -> None:
     x = np.array([n, 2.0 * n, n, n])
     y = error * np.array([1.0, 2.0**-order, 2.0**-order, 1.0])
     ax.plot(x, y, color=BLACK, lw=0.9, zorder=2.0)
-    ax.annotate(f"{order}", (n, error * 2.0 ** (-order / 2)), xytext=(-4.0, 0.0), textcoords="offset points", ha="right", va="center", fontsize=9.5)
-    ax.annotate("1", (n * np.sqrt(2.0), y[1]), xytext=(0.0, -3.0), textcoords="offset points", ha="center", va="top", fontsize=9.5)
+    ax.annotate(
+        f"{order}",
+        (n, error * 2.0 ** (-order / 2)),
+        xytext=(-4.0, 0.0),
+        textcoords="offset points",
+        ha="right",
+        va="center",
+        fontsize=9.5,
+    )
+    ax.annotate(
+        "1",
+        (n * np.sqrt(2.0), y[1]),
+        xytext=(0.0, -3.0),
+        textcoords="offset points",
+        ha="center",
+        va="top",
+        fontsize=9.5,
+    )
 
 
 # -- figure 6: a terminal moment ---------------------------------------------------------------------------------------
@@ -410,10 +490,22 @@ def _slope(ax: Axes, n: float, error: float, order: int) -> None:
 METHODS6: dict[str, tuple[str, dict[str, Any]]] = {
     "exact": ("exact helix", {"color": "#a3d3f2", "lw": 6.5, "zorder": 2.0}),
     "initial_value": ("initial value problem", {"color": BLUE, "lw": 1.6, "zorder": 3.0}),
-    "shooting": ("boundary value problem", {"color": BLACK, "lw": 2.6, "ls": (0, (0.1, 3.2)), "dash_capstyle": "round", "zorder": 3.5}),
+    "shooting": (
+        "boundary value problem",
+        {"color": BLACK, "lw": 2.6, "ls": (0, (0.1, 3.2)), "dash_capstyle": "round", "zorder": 3.5},
+    ),
     "discrete_100": (
         "DER, 100 segments, every 4th vertex",
-        {"color": VERMILION, "lw": 0.0, "ls": "none", "marker": "o", "ms": 5.5, "mfc": "white", "mew": 1.4, "zorder": 4.0},
+        {
+            "color": VERMILION,
+            "lw": 0.0,
+            "ls": "none",
+            "marker": "o",
+            "ms": 5.5,
+            "mfc": "white",
+            "mew": 1.4,
+            "zorder": 4.0,
+        },
     ),
 }
 
@@ -438,27 +530,36 @@ def _figure6(part: Part) -> Figure:
         scene.line(lines[name], label=label, **line)
     along = (lines["exact"] - centre) @ axis
     foot = centre + (along.min() + 0.5) * axis
-    scene.arrow(foot, (along.max() - along.min() - 0.5) * axis, colour=VERMILION, width=1.6, head=13.0, heads=2, zorder=2.5)
+    scene.arrow(
+        foot, (along.max() - along.min() - 0.5) * axis, colour=VERMILION, width=1.6, head=13.0, heads=2, zorder=2.5
+    )
     scene.text(foot, r"$\mathbf{m}$", (9.0, 3.0), color=VERMILION)
     scene.fit(corners, (0.62, 0.1, 0.55, 0.12))
     scene.ax.set_title("(a)  in space", loc="left", x=0.04, y=0.965)
     _along_axis(figure, lines, axis, centre, part.numbers["figure6"]["exact"]["radius"])
     _helix_table(figure, part.numbers["figure6"])
     handles, labels = scene.ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncols=4, bbox_to_anchor=(0.5, 0.995), handletextpad=0.6, columnspacing=1.3)
+    figure.legend(
+        handles, labels, loc="upper center", ncols=4, bbox_to_anchor=(0.5, 0.995), handletextpad=0.6, columnspacing=1.3
+    )
     return figure
 
 
 def _along_axis(figure: Figure, lines: dict[str, Array], axis: Array, centre: Array, radius: float) -> None:
     """Draw the helix as seen along the moment, where it is a circle."""
     ax = style.axes_at(figure, 5.62, 1.93, 2.2, 2.2)
-    camera = Camera(azimuth=float(np.degrees(np.arctan2(-axis[1], -axis[0]))), elevation=float(np.degrees(np.arcsin(-axis[2]))))
+    camera = Camera(
+        azimuth=float(np.degrees(np.arctan2(-axis[1], -axis[0]))), elevation=float(np.degrees(np.arcsin(-axis[2])))
+    )
     for name, (_, line) in METHODS6.items():
         ax.plot(*camera.project(lines[name] - centre).T, **line)
     a = CM * radius
     turn = np.radians(35.0)
     ax.annotate(
-        "", a * np.array([np.cos(turn), np.sin(turn)]), (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "lw": 1.2, "color": BLACK, "shrinkA": 0.0, "shrinkB": 2.0}
+        "",
+        (a * np.cos(turn), a * np.sin(turn)),
+        (0.0, 0.0),
+        arrowprops={"arrowstyle": "-|>", "lw": 1.2, "color": BLACK, "shrinkA": 0.0, "shrinkB": 2.0},
     )
     ax.annotate(rf"$a$ = {a:.4f} cm", (0.0, -0.25), ha="center", va="top", fontsize=10.0)
     ax.plot(0.0, 0.0, marker="o", ms=8.0, mfc="white", mec=VERMILION, mew=1.4)
@@ -474,7 +575,12 @@ def _helix_table(figure: Figure, numbers: dict[str, Any]) -> None:
     width, height = figure.get_size_inches()
     columns = (5.06, 6.52, 7.20, 7.90)
     rows = [("", "radius", "pitch", r"$|\Delta\mathbf{r}|/L$"), ("", "(mm)", "(mm)", "largest")]
-    for name, words in (("exact", "exact"), ("initial_value", "initial value"), ("shooting", "boundary value"), ("discrete_100", "DER, 100")):
+    for name, words in (
+        ("exact", "exact"),
+        ("initial_value", "initial value"),
+        ("shooting", "boundary value"),
+        ("discrete_100", "DER, 100"),
+    ):
         found = numbers[name]
         gap = found.get("centreline_distance")
         gap = "" if gap is None else rf"${style.power_of_ten(float(f'{gap:.0e}'))}$"
@@ -485,14 +591,15 @@ def _helix_table(figure: Figure, numbers: dict[str, Any]) -> None:
             figure.text(x / width, y, words, ha="left" if j == 0 else "right", va="center", fontsize=9.5)
 
 
-# -- figure 7: two helices under gravity ---------------------------------------------------------------------------------
+# -- figure 7: two helices under gravity -------------------------------------------------------------------------------
 
 
 def _figure7(part: Part) -> Figure:
     """The two helices under gravity, in both readings: (a) the printed initial value problem, (b) natural curvature."""
     figure = style.new_figure(8.0, 7.4)
     readings = {
-        "a": r"(a)  straight rod, integrated from the printed $\mathbf{k}(0) = (0, 2, 0.1)\ \mathrm{m}^{-1}$, $\mathbf{n}(0) = 0$",
+        "a": r"(a)  straight rod, integrated from the printed "
+        r"$\mathbf{k}(0) = (0, 2, 0.1)\ \mathrm{m}^{-1}$, $\mathbf{n}(0) = 0$",
         "b": r"(b)  natural curvature $\mathbf{k}_0 = (0, 2, 0.1)\ \mathrm{m}^{-1}$, one end clamped, the other free",
     }
     boxes: dict[str, tuple[Any, Any]] = {
@@ -507,28 +614,32 @@ def _figure7(part: Part) -> Figure:
         figure.text(0.3 / 8.0, (top - 0.12) / 7.4, readings[reading], va="center", fontsize=11.0)
         for column, orientation in enumerate(("vertical", "horizontal")):
             name = f"{reading}.{orientation}"
-            scene = Scene.at(figure, (0.1 + 3.95 * column, top - 3.35, 3.85, 3.0), Camera(azimuth=-62.0, elevation=20.0))
+            azimuth = -20.0 if name == "a.vertical" else -62.0  # where its turns hide each other least
+            camera = Camera(azimuth=azimuth, elevation=20.0)
+            scene = Scene.at(figure, (0.1 + 3.95 * column, top - 3.35, 3.85, 3.0), camera)
             low, high = boxes[name]
             step = (1.0 if high[0] - low[0] > 2.0 else 0.5, 0.5, 0.5)
             corners = scene.box(low, high, step, labels, label_gap=(25.0, 27.0, 32.0))
-            s = np.linspace(0.0, cases.FIGURE7_LENGTH, 321)
+            s = np.linspace(0.0, cases.FIGURE7_LENGTH, 641)
             if reading == "b":
                 scene.curve(part.solutions[f"{name}.natural"].r(s), width=2.0, colour="#c9c9c9", halo=0.8, zorder=2.0)
-            scene.curve(part.solutions[name].r(s), width=2.2, colour=BLUE, halo=1.0)
+            scene.curve(part.solutions[name].r(s), width=2.2, colour=BLUE, halo=0.7)
             scene.dot(part.solutions[name].r(0.0), marker="s", ms=5.0)
-            scene.fit(corners, (0.60, 0.45, 0.5, 0.15))
-            scene.ax.set_title(f"helix axis {orientation}", x=0.5, y=0.97)
+            scene.fit(corners, (0.60, 0.45, 0.5, 0.28))
+            scene.ax.set_title(f"helix axis {orientation}", x=0.5, y=0.93)
             style.gravity_arrow(scene.ax, 0.93, 0.62, 26.0)
     weight = cases.FIGURE7_WEIGHT
     _note(
         figure,
-        "Square: start of integration (a), clamp (b). Grey: natural shape. The paper prints neither units nor length nor weight;\n"
-        rf"here SI units, $L$ = {cases.FIGURE7_LENGTH:g} m, weight {weight['a']:g} N/m in (a), {weight['b']:g} N/m in (b).",
+        "Square: start of integration (a), clamp (b). Grey: natural shape. "
+        "The paper prints neither units nor length nor weight;\n"
+        rf"here SI units, $L$ = {cases.FIGURE7_LENGTH:g} m, weight {weight['a']:g} N/m in (a), "
+        rf"{weight['b']:g} N/m in (b).",
     )
     return figure
 
 
-# -- the paper's next steps: a rotating and a charged filament -------------------------------------------------------------
+# -- the paper's next steps: a rotating and a charged filament ---------------------------------------------------------
 
 
 RAMP = ("#a6cee3", "#74aed4", "#4a8cc2", "#2a68a8", "#174884", "#0a2550")  # light to dark: ordered in grey as well
@@ -552,8 +663,18 @@ def _rotating(part: Part) -> Figure:
     ax.plot([hub[0]] * 2, [-0.009, 0.009], color=BLACK, lw=1.6, solid_capstyle="butt")
     ax.axvline(0.0, color=GREY, lw=1.2, ls=(0, (9, 2, 1.5, 2)), zorder=0.5)
     _turning(ax, 0.0, 0.036, 0.013)
-    ax.annotate("axis of rotation", (0.0, 0.036), xytext=(26.0, 0.0), textcoords="offset points", va="center", color="#4d4d4d")
-    ax.annotate("hub", (hub[0] / 2.0, -0.009), xytext=(0.0, -4.0), textcoords="offset points", ha="center", va="top", fontsize=10.0)
+    ax.annotate(
+        "axis of rotation", (0.0, 0.036), xytext=(26.0, 0.0), textcoords="offset points", va="center", color="#4d4d4d"
+    )
+    ax.annotate(
+        "hub",
+        (hub[0] / 2.0, -0.009),
+        xytext=(0.0, -4.0),
+        textcoords="offset points",
+        ha="center",
+        va="top",
+        fontsize=10.0,
+    )
     ax.set(xlim=(-0.022, 0.34), ylim=(-0.274, 0.0546), aspect="equal")
     ax.set_xlabel("distance from the axis $r$ (m)")
     ax.set_ylabel("$z$ (m)")
@@ -569,29 +690,44 @@ def _turning(ax: Axes, x: float, z: float, size: float) -> None:
     px, pz = x + size * np.cos(angle), z + 0.32 * size * np.sin(angle)
     ax.plot(px, pz, color=BLACK, lw=1.4)
     ax.add_patch(
-        FancyArrowPatch((px[-2], pz[-2]), (px[-1], pz[-1]), arrowstyle="-|>", mutation_scale=11.0, color=BLACK, shrinkA=0.0, shrinkB=0.0)
+        FancyArrowPatch(
+            (px[-2], pz[-2]),
+            (px[-1], pz[-1]),
+            arrowstyle="-|>",
+            mutation_scale=11.0,
+            color=BLACK,
+            shrinkA=0.0,
+            shrinkB=0.0,
+        )
     )
 
 
 def _charged(part: Part) -> Figure:
     """The charged filament in a vertical electric field, at several strengths."""
-    figure = style.new_figure(4.6, 7.6)
-    ax = style.axes_at(figure, 0.85, 0.62, 3.55, 6.8)
-    offsets = ((-5.0, -3.0, "right"), (4.0, -8.0, "left"), (6.0, -4.0, "left"), (6.0, -3.0, "left"), (5.0, 4.0, "left"), (-5.0, 5.0, "right"))
+    figure = style.new_figure(4.1, 7.4)
+    ax = style.axes_at(figure, 0.8, 0.62, 2.96, 6.6)
+    offsets = (
+        (-5.0, -3.0, "right"),
+        (4.0, -8.0, "left"),
+        (6.0, -4.0, "left"),
+        (6.0, -3.0, "left"),
+        (5.0, 4.0, "left"),
+        (-5.0, 5.0, "right"),
+    )
     for (E, solution), colour, (dx, dy, ha) in zip(part.solutions.items(), RAMP, offsets, strict=False):
         x, _, z = _points(solution, 401).T
         ax.plot(x, z, color=colour, lw=2.4)
-        ax.annotate(f"{float(E) / 1e3:g}", (x[-1], z[-1]), xytext=(dx, dy), textcoords="offset points", ha=ha, va="center")
+        ax.annotate(
+            f"{float(E) / 1e3:g}", (x[-1], z[-1]), xytext=(dx, dy), textcoords="offset points", ha=ha, va="center"
+        )
     _wall(ax, 0.02, 0.05)
     charge = next(load.charge_per_length for load in solution.problem.loads if hasattr(load, "charge_per_length"))
-    ax.annotate(
-        f"On the curves: $E$ in kV/m.\nThe rod carries {1e6 * charge:g} \N{MICRO SIGN}C/m.",
-        (0.30, 0.60), xycoords="axes fraction", fontsize=10.0, color="#4d4d4d", va="center",
-    )  # fmt: skip
-    style.field_arrow(ax, 0.60, 0.45, (0.0, 36.0), r"$\mathbf{E}$", side="left")
-    style.field_arrow(ax, 0.75, 0.51, (0.0, -36.0), "$g$")
-    ax.set(xlim=(-0.045, 0.108 + 0.045), ylim=(-0.265, 0.265), aspect="equal")
-    ax.set_xlabel("$x$ (m)")
+    words = f"numbers: $E$\nin kV/m\n\ncharge:\n{1e6 * charge:g} \N{MICRO SIGN}C/m"
+    ax.annotate(words, (0.098, -0.135), fontsize=10.0, color="#4d4d4d", va="center", linespacing=1.15)
+    style.field_arrow(ax, 0.68, 0.47, (0.0, 30.0), r"$\mathbf{E}$", side="left")
+    style.field_arrow(ax, 0.80, 0.53, (0.0, -30.0), "$g$")
+    ax.set(xlim=(-0.045, 0.185), ylim=(-0.258, 0.258), aspect="equal")
+    ax.set_xlabel("$x$")
     ax.set_ylabel("$z$ (m)", labelpad=0.0)
     return figure
 

@@ -1,4 +1,4 @@
-"""The numbers of the paper's figures: each part solves its cases and returns numbers for `paper.json` and solutions to draw."""
+"""The numbers of the paper's figures: each part solves its cases, for `paper.json` and for the pictures."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _convergence(problem: Equilibrium, reference: EquilibriumSolution) -> dict[s
 
 
 def _observed_orders(errors: list[float]) -> list[float]:
-    return np.log2(np.array(errors[:-1]) / np.array(errors[1:])).tolist()
+    return [float(order) for order in np.log2(np.array(errors[:-1]) / np.array(errors[1:]))]
 
 
 def figure6() -> Part:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
@@ -19,7 +20,7 @@ from darboux.errors import InvalidInput
 
 DPI = 200
 # The words that --only takes, and the part of `results.PARTS` that each stands for.
-PART_OF = {figure: "1-4" for figure in "1234"} | {
+PART_OF = dict.fromkeys("1234", "1-4") | {
     name: name for name in ("5", "6", "7", "rotating", "charged", "invariants", "conventions")
 }
 
@@ -36,7 +37,7 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
     console.print(f"darboux {__version__}: the paper, into {out}{os.sep}")
     began = time.perf_counter()
     numbers: dict[str, Any] = {"version": __version__, "units": "SI"}
-    comparisons = {}
+    comparisons: dict[str, Any] = {}
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("loading; a first run also compiles, for about half a minute", total=len(names))
@@ -81,33 +82,28 @@ def _write(path: Path, text: str) -> None:
 
 
 def _summary(numbers: dict[str, Any]) -> Table:
-    """Return what the parts came to: each number beside what it was held against."""
-    table = Table(title="The paper's other cases", title_justify="left")
-    for column in ("case", "quantity", "value", "held against"):
-        table.add_column(column)
-    if "figure5" in numbers:
-        for clamp, order in numbers["figure5"]["order"].items():
-            table.add_row(
-                "figure 5", f"order of DER, clamp {clamp}", f"{order:.3f}", "512 to 1024 segments, with stretch"
-            )
+    """Return what the other parts came to, each number with what it was held against; it fits 80 columns."""
+    table = Table(title="The other cases", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for column in ("figure", "quantity", "value"):
+        table.add_column(column, no_wrap=column != "value")
+    for clamp, order in numbers.get("figure5", {}).get("order", {}).items():
+        table.add_row("5", f"DER's order, {clamp}", f"{order:.3f} (512 to 1024 segments, with stretch)")
     if "figure6" in numbers:
         six, exact = numbers["figure6"], numbers["figure6"]["exact"]
         for name in ("initial_value", "shooting", "discrete_100"):
             for quantity in ("radius", "pitch"):
                 gap = abs(six[name][quantity] - exact[quantity])
                 table.add_row(
-                    "figure 6", f"{quantity}, {name}", f"{six[name][quantity]:.12g} m", f"exact helix: {gap:.1e} m off"
+                    "6", f"{quantity}, {name}", f"{six[name][quantity]:.12g} m (exact helix: {gap:.0e} m off)"
                 )
-        table.add_row("figure 6", "order of DER", f"{six['discrete_order']:.3f}", "512 to 1024 segments")
+        table.add_row("6", "DER's order", f"{six['discrete_order']:.3f} (512 to 1024 segments)")
     for reading, shapes in numbers.get("figure7", {}).items():
         for orientation, values in shapes.items():
             tip = ", ".join(f"{x:.6g}" for x in values["tip"])
-            table.add_row("figure 7", f"tip, reading {reading}, {orientation}", tip, "(no printed value)")
+            table.add_row("7", f"tip, ({reading}) {orientation}", f"({tip})")
     for name, drift in numbers.get("invariants", {}).items():
-        table.add_row("invariants", name.replace("_", " "), f"{drift:.1e}", "relative drift along an unloaded rod")
+        table.add_row("", name.replace("_", " "), f"constant to {drift:.0e} along an unloaded rod")
     if "conventions" in numbers:
         gap = numbers["conventions"]["max_difference"]
-        table.add_row(
-            "conventions", "largest distance", f"{gap:.1e} L", "the printed left-handed equations, by SciPy's RK45"
-        )
+        table.add_row("", "printed equations", f"{gap:.0e} L from ours (left-handed eqs. 14, 17 by RK45)")
     return table

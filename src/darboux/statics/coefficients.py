@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.errors import InvalidInput
 from darboux.kernels import rod_equations
 from darboux.kernels.rod_equations import (
     BINV,
@@ -24,7 +26,6 @@ from darboux.kernels.rod_equations import (
     SINV,
     WIDTH,
 )
-from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
@@ -48,6 +49,7 @@ class Scale:
 
     @classmethod
     def of(cls, problem: Equilibrium) -> Scale:
+        """Return the scale of a problem: its length, its mean bending stiffness, its first held end."""
         L = problem.rod.length
         stiffness = problem.rod.stiffness(np.linspace(0.0, L, 17))
         EI = float(np.exp(np.mean(np.log(stiffness.EI1) + np.log(stiffness.EI2)) / 2.0))
@@ -69,7 +71,8 @@ class Table:
 
     @property
     def degree(self) -> int:
-        return self.coefficients.shape[1] - 1
+        """The degree of the polynomials."""
+        return int(self.coefficients.shape[1]) - 1
 
     def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
         """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""
@@ -125,7 +128,7 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
     probes = 0.5 * (x[:-1] + x[1:])
     to_probes = probes[:, None] ** powers
     largest = np.max(np.abs(function(np.linspace(0.0, 1.0, 65))), axis=0)
-    todo = list(zip(breaks[:-1], breaks[1:], strict=True))[::-1]
+    todo = list(pairwise(breaks))[::-1]
     starts: list[float] = []
     pieces: list[Array] = []
     while todo:

@@ -68,9 +68,9 @@ class DiscreteRod:
         )
 
     def __str__(self) -> str:
-        extra = "" if self.clamp == "half_cell" else f", clamp={self.clamp!r}"
+        extra = "" if self.clamp == "half_cell" else f", {self.clamp!r}"
         extra += "" if self.grading == 1.0 else f", grading={self.grading:g}"
-        return f"DiscreteRod(segments={self.segments}{extra})"
+        return f"DiscreteRod({self.segments}{extra})"
 
     @property
     def order(self) -> int:
@@ -121,6 +121,7 @@ class DiscreteRod:
             chain.curve(shape, path.load_factor),
             load_factor=path.load_factor,
             index=index,
+            elastic_parts=chain.elastic_parts(shape),
             statistics={
                 "seconds": time.perf_counter() - began,
                 "load_steps": path.steps,
@@ -228,11 +229,10 @@ class _Chain:
 
     def _moved(self, shape: _Shape, step: Array, scale: float) -> _Shape:
         """Return the shape after a step; edges turn rather than shear, and multipliers take up an inextensible rod's."""
-        x, t, d1, m = shape.state
+        x, t, _, _ = shape.state
         turned = np.empty_like(step)
         discrete_rod.turning_step(x, self.l, step, scale, self.inextensible, *self.held, turned)
-        new = State(np.empty_like(x), np.empty_like(t), np.empty_like(d1), m.copy())
-        discrete_rod.advance(shape.state, turned, 1.0, new)
+        new = _advanced(shape.state, turned)
         T = shape.T
         if self.inextensible:
             moves = np.diff(np.append(step, 0.0).reshape(-1, 4)[:, :3], axis=0)
@@ -258,8 +258,7 @@ class _Chain:
         step[-3:] = end - shape.state.x[-3:]
         if self.method.clamp == "two_vertices":
             step[-7:-4] = end - self.l[-1] * R[:, 2] - shape.state.x[-6:-3]
-        posed = State(*(np.empty_like(part) for part in shape.state[:3]), shape.state.m.copy())
-        discrete_rod.advance(shape.state, step, 1.0, posed)
+        posed = _advanced(shape.state, step)
         clamped = slice(-6, None) if self.method.clamp == "two_vertices" else slice(-3, None)
         posed.t[clamped], posed.d1[clamped] = (
             np.resize(R[:, 2], posed.t[clamped].size),
@@ -457,6 +456,13 @@ class _Chain:
         shift = np.concatenate([self.scale.origin, np.zeros(10)])
         return Curve(self.nodes * self.scale.length, y * unit + shift, dy * unit / self.scale.length)
 
+    def elastic_parts(self, shape: _Shape) -> tuple[float, float, float]:
+        """Return the energies of bending, twist and stretch in J, as the springs and edges have them."""
+        parts = np.empty(4)
+        discrete_rod.energy(shape.state, self._elasticity(shape.T), self._loads(0.0), parts)
+        bending, twist, stretch = (float(part) * self.scale.moment for part in parts[:3])
+        return bending, twist, 0.0 if self.inextensible else stretch
+
     def _forces(self, shape: _Shape, load_factor: float) -> tuple[Array, Array]:
         """Return the inner force in each edge, by balance from the start on, and at each vertex."""
         x = shape.state.x.reshape(-1, 3)
@@ -494,7 +500,7 @@ class _Chain:
         ab = np.cross(a, b)
         tau1 = np.cross(b2, a) - np.cross(b, a2) + strain[:, :1] * ab
         tau2 = np.cross(b, a1) - np.cross(b1, a) + strain[:, 1:2] * ab
-        m = (mu[:, :1] * tau1 + mu[:, 1:2] * tau2 + mu[:, 2:] * (a + b)) / chi
+        m: Array = (mu[:, :1] * tau1 + mu[:, 1:2] * tau2 + mu[:, 2:] * (a + b)) / chi
         edges = np.diff(shape.state.x.reshape(-1, 3), axis=0)
         lever = np.cross(edges, n)
         start, end = (load_factor * self.problem.end_load(at).moment / self.scale.moment for at in ("start", "end"))
@@ -503,6 +509,13 @@ class _Chain:
         if not self.springs[1]:
             m[-1] = m[-2] - lever[-1] if self.held[1] else end
         return m
+
+
+def _advanced(state: State, step: Array) -> State:
+    """Return the state after a packed step; the twists stay those of before, to count whole turns by."""
+    new = State(np.empty_like(state.x), np.empty_like(state.t), np.empty_like(state.d1), state.m.copy())
+    discrete_rod.advance(state, step, 1.0, new)
+    return new
 
 
 def _sign(negative: int) -> float:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ from darboux.problem import Equilibrium
 from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import coefficients, load_path
-from darboux.statics.coefficients import Scale, Table, columns, slopes
+from darboux.statics.coefficients import Scale, columns, slopes
 from darboux.supports import Clamped, Support
 
 Array = NDArray[np.float64]
@@ -43,6 +44,7 @@ FINER = 30.0  # how much more sharply the answer is solved once more, for its er
 SLACK = 1e-3  # compliance of stretch lent to an inextensible rod held at both ends while it is on the way
 LOWER, UPPER = 19, 18  # bandwidths of the Newton matrix, see `_matrix`
 MOST_STEPS = 100_000
+_Data = tuple[Array, Array, int]  # breaks, coefficients and degree of a table
 _R, _Q, _N, _M = slice(POSITION, ROTATION), slice(ROTATION, FORCE), slice(FORCE, MOMENT), slice(MOMENT, STATES)
 FAILED = {1: "it took too many steps", 2: "its step became too small", 3: "its numbers overflowed"}
 
@@ -146,7 +148,7 @@ class Shooting:
         assign(self, rtol=rtol, pieces=checks.whole("shooting.pieces", self.pieces, 1))
 
     def __str__(self) -> str:
-        return f"Shooting(rtol={self.rtol:g})"
+        return "Shooting()" if self.rtol == 1e-10 else f"Shooting(rtol={self.rtol:g})"
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
@@ -257,7 +259,7 @@ class _Pieces:
         self.natural_end = y[-1].copy()
         return _Nodes(self.first, y)
 
-    def _data(self, load_factor: float) -> tuple[Array, Array, int]:
+    def _data(self, load_factor: float) -> _Data:
         table = self.table.loaded(load_factor, self.slack * (1.0 - load_factor))
         return table.breaks, table.coefficients.ravel(), table.degree
 
@@ -408,7 +410,7 @@ class _Pieces:
         for i in range(len(nodes.x) - 1):
             cuts = [nodes.x[i], *inner[(inner > nodes.x[i]) & (inner < nodes.x[i + 1])], nodes.x[i + 1]]
             state = nodes.y[i]
-            for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+            for a, b in pairwise(cuts):
                 steps = self._steps(state, a, b, data, rtol)
                 x.append(steps[0])
                 y.append(steps[1])
@@ -424,7 +426,7 @@ class _Pieces:
         shifted = states * unit + _shift(self.scale)
         return Curve(s[keep] * self.scale.length, shifted, derivatives[keep] * unit / self.scale.length)
 
-    def _steps(self, y0: Array, a: float, b: float, data: Any, rtol: float) -> tuple[Array, Array, Array]:
+    def _steps(self, y0: Array, a: float, b: float, data: _Data, rtol: float) -> tuple[Array, Array, Array]:
         capacity = 256
         while True:
             x, y, dy = np.empty(capacity), np.empty((capacity, STATES)), np.empty((capacity, STATES))

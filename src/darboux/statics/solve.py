@@ -36,7 +36,7 @@ def solve(problem: Equilibrium, method: Any = None, *, throw: bool = True) -> Eq
     refusal = method.refuses(problem)
     if refusal:
         raise InvalidInput(refusal)
-    solution = method.solve(problem)
+    solution: EquilibriumSolution = method.solve(problem)
     return solution.check() if throw else solution
 
 

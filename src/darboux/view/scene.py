@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,7 +38,7 @@ class Scene:
         return cls(ax, camera)
 
     def fit(self, points: Any, margins: Margins = (0.1, 0.1, 0.1, 0.1)) -> None:
-        """Choose the scale with which the points fill the axes up to ``margins`` (left, right, bottom, top in inches)."""
+        """Choose the scale: the points fill the axes up to ``margins`` (left, right, bottom, top in inches)."""
         flat = self.camera.project(points).reshape(-1, 2)
         low, high = flat.min(axis=0), flat.max(axis=0)
         figure = self.ax.get_figure(root=True)
@@ -58,21 +59,21 @@ class Scene:
         return self.ax.plot(x, y, **style)[0]
 
     def curve(
-        self, points: Array, *, width: float, colour: Any, halo: float = 1.2, pieces: int = 40, zorder: float = 3.0
+        self, points: Array, *, width: float, colour: Any, halo: float = 1.2, pieces: int = 60, zorder: float = 3.0
     ) -> None:
         """Draw a line that visibly passes before itself where it is nearer.
 
-        Its ``pieces`` are drawn from back to front, each on a white halo. A halo ends before its piece does, and a piece
-        reaches into its neighbours, so that no joint shows.
+        Its ``pieces`` are drawn from back to front, each on a white halo with flat ends; a piece reaches a little into
+        its neighbours, so that no joint shows.
         """
         from matplotlib.collections import LineCollection
 
         flat, depth = self.camera.project(points), self.camera.depth(points)
         cuts = np.linspace(0, len(points) - 1, pieces + 1).astype(int)
-        order = np.argsort([depth[i : j + 1].mean() for i, j in zip(cuts[:-1], cuts[1:], strict=True)])
+        order = np.argsort([depth[i : j + 1].mean() for i, j in pairwise(cuts)])
         lines = []
         for i, j in ((cuts[n], cuts[n + 1]) for n in order):
-            lines += [flat[i + 1 : j], flat[max(i - 1, 0) : j + 2]]
+            lines += [flat[i : j + 1], flat[max(i - 2, 0) : j + 3]]
         collection = LineCollection(
             lines,
             colors=["white", colour] * pieces,
@@ -84,13 +85,17 @@ class Scene:
         self.ax.add_collection(collection, autolim=False)
 
     def faces(self, faces: Faces, zorder: float = 2.0, strength: float = 1.0) -> None:
-        """Draw the faces from back to front, outlined in their own colours so that no seam shows; paler below strength 1."""
+        """Draw the faces from back to front, outlined in their own colours to hide the seams; paler below strength 1."""
         from matplotlib.collections import PolyCollection
 
         order = np.argsort(self.camera.depth(faces.corners).mean(axis=1))
         colours = 1.0 - strength * (1.0 - faces.colours[order])  # not see-through: faces still hide each other
         polygons = PolyCollection(
-            list(self.camera.project(faces.corners[order])), facecolors=colours, edgecolors=colours, linewidths=0.4, zorder=zorder
+            list(self.camera.project(faces.corners[order])),
+            facecolors=colours,
+            edgecolors=colours,
+            linewidths=0.4,
+            zorder=zorder,
         )
         self.ax.add_collection(polygons, autolim=False)
 
@@ -138,7 +143,9 @@ class Scene:
                 patch.set_path_effects([Stroke(linewidth=width + 2.0 * halo, foreground="white"), Normal()])
             self.ax.add_patch(patch)
 
-    def arc(self, points: Any, *, colour: str, width: float = 1.4, head: float = 10.0, zorder: float = 6.0, style: Any = "-") -> None:
+    def arc(
+        self, points: Any, *, colour: str, width: float = 1.4, head: float = 10.0, zorder: float = 6.0, style: Any = "-"
+    ) -> None:
         """Draw a curved line through the points (n, 3) that ends in an arrow's head."""
         from matplotlib.patches import FancyArrowPatch
 
@@ -158,15 +165,19 @@ class Scene:
             )
         )
 
-    def text(self, point: Any, words: str, offset: tuple[float, float] = (0.0, 0.0), halo: float = 1.5, **style: Any) -> Any:
-        """Write at a point (3,), moved by ``offset`` points on the page, with a white ``halo`` against what lies behind."""
+    def text(
+        self, point: Any, words: str, offset: tuple[float, float] = (0.0, 0.0), halo: float = 1.5, **style: Any
+    ) -> Any:
+        """Write at a point (3,), moved by ``offset`` points on the page, on a white ``halo``."""
         from matplotlib.patheffects import Normal, Stroke
 
-        style = {"ha": "center", "va": "center", "zorder": 9.0} | style
+        style = {"ha": "center", "va": "center", "zorder": 9.0, **style}
         if halo:
             style["path_effects"] = [Stroke(linewidth=2.0 * halo, foreground="white", alpha=0.85), Normal()]
         x, y = self.camera.project(point)
-        return self.ax.annotate(words, (x, y), xytext=offset, textcoords="offset points", annotation_clip=False, **style)
+        return self.ax.annotate(
+            words, (x, y), xytext=offset, textcoords="offset points", annotation_clip=False, **style
+        )
 
     def label_arrow(self, start: Any, vector: Any, words: str, gap: float = 8.0, **style: Any) -> None:
         """Write beyond the head of the arrow, ``gap`` points further on."""
@@ -178,22 +189,28 @@ class Scene:
 
     def dot(self, point: Any, **style: Any) -> None:
         """Draw one marker at a point (3,)."""
-        style = {"marker": "o", "ms": 4.5, "color": BLACK, "zorder": 7.0} | style
+        style = {"marker": "o", "ms": 4.5, "color": BLACK, "zorder": 7.0, **style}
         x, y = self.camera.project(point)
         self.ax.plot([x], [y], linestyle="none", **style)
 
     def scale_bar(self, length: float, label: str, place: tuple[float, float]) -> None:
-        """Draw a bar of ``length`` from ``place`` (fractions of the axes): true for lengths that lie in the picture plane."""
+        """Draw a bar of ``length`` from ``place`` (fractions of the axes): true for lengths in the picture plane."""
         x, y = self.ax.transLimits.inverted().transform(place)
         self.ax.plot([x, x + length], [y, y], color=BLACK, lw=2.4, solid_capstyle="butt", zorder=8.0)
         self.ax.annotate(
-            label, (x + length / 2.0, y), xytext=(0.0, 4.0), textcoords="offset points", ha="center", va="bottom", fontsize=10.0
+            label,
+            (x + length / 2.0, y),
+            xytext=(0.0, 4.0),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            fontsize=10.0,
         )
 
     def box(
         self,
-        low: Sequence[float],
-        high: Sequence[float],
+        lowest: Sequence[float],
+        highest: Sequence[float],
         step: Sequence[float],
         labels: tuple[str, str, str],
         *,
@@ -201,14 +218,17 @@ class Scene:
         grid: str = "#e3e3e3",
         size: float = 9.0,
     ) -> Array:
-        """Draw the three far sides of the box low ... high with a grid, and numbers along three near edges.
+        """Draw the three far sides of the box with a grid, and numbers along three near edges.
 
-        Returns the corners (8, 3), for ``fit``. A tick stands at each multiple of ``step``.
+        Returns the corners (8, 3), for ``fit``. A number stands at each multiple of ``step``.
         """
-        low, high = np.array(low, dtype=float), np.array(high, dtype=float)
+        low, high = np.array(lowest, dtype=float), np.array(highest, dtype=float)
         near = np.where(self.camera.A[2] > 0.0, high, low)
         far = np.where(self.camera.A[2] > 0.0, low, high)
         ticks = [_multiples(low[i], high[i], step[i]) for i in range(3)]
+        for i in (0, 1):  # at the corners the numbers of two axes would meet
+            inside = (ticks[i] > low[i] + 0.1 * step[i]) & (ticks[i] < high[i] - 0.1 * step[i])
+            ticks[i] = ticks[i][inside]
         for side in range(3):  # the far side across axis `side`
             for i in (j for j in range(3) if j != side):
                 k = 3 - side - i
@@ -216,7 +236,9 @@ class Scene:
                     ends = np.empty((2, 3))
                     ends[:, side], ends[:, i], ends[:, k] = far[side], value, (low[k], high[k])
                     border = value in (low[i], high[i])
-                    self.line(ends, color="#c4c4c4" if border else grid, lw=0.8 if border else 0.6, zorder=0.5 + 0.1 * border)
+                    self.line(
+                        ends, color="#c4c4c4" if border else grid, lw=0.8 if border else 0.6, zorder=0.5 + 0.1 * border
+                    )
         middle = self.camera.project((low + high) / 2.0)
         for i in range(3):
             edge = self._edge(i, low, high, near, far)
@@ -261,7 +283,12 @@ class Scene:
         turn = (turn + 90.0) % 180.0 - 90.0
         turn = 90.0 if abs(abs(turn) - 90.0) < 1.0 else turn
         self.text(
-            edge.mean(axis=0), label, (gap * normal[0], gap * normal[1]), fontsize=size + 1.0, rotation=turn, rotation_mode="anchor"
+            edge.mean(axis=0),
+            label,
+            (gap * normal[0], gap * normal[1]),
+            fontsize=size + 1.0,
+            rotation=turn,
+            rotation_mode="anchor",
         )
 
 

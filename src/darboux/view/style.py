@@ -1,4 +1,4 @@
-"""The look of darboux's figures: the type of an article, colours that the colour-blind tell apart, and greys that differ.
+"""The look of darboux's figures: an article's type, colours that the colour-blind tell apart, greys that differ.
 
 Nothing is drawn and no setting of Matplotlib's is changed at import; ``article()`` lends its settings to a block.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -55,6 +56,8 @@ _SETTINGS: dict[str, Any] = {
     "axes.facecolor": "white",
     "savefig.facecolor": "white",
     "hatch.linewidth": 0.8,
+    "svg.fonttype": "path",  # the same letters on every machine
+    "svg.hashsalt": "darboux",  # the same file from the same numbers
 }
 
 
@@ -63,7 +66,7 @@ def article() -> Iterator[None]:
     """Draw in our style inside the block; Matplotlib's own settings are as before after it."""
     with mpl.rc_context():
         mpl.rcdefaults()  # a reader's own settings must not reach into the paper's figures
-        mpl.rcParams.update(_SETTINGS)
+        mpl.rcParams.update(_SETTINGS)  # type: ignore[arg-type,unused-ignore]  # the names are literals from 3.11 on
         yield
 
 
@@ -75,6 +78,13 @@ def new_figure(width: float, height: float) -> Figure:
     figure = Figure(figsize=(width, height), facecolor="white")
     FigureCanvasAgg(figure)
     return figure
+
+
+def save(figure: Figure, folder: Path, stem: str, dpi: float = 200.0) -> None:
+    """Write the figure as ``stem``.png and ``stem``.svg into the folder, in our style and without the date."""
+    with article():
+        figure.savefig(folder / f"{stem}.png", dpi=dpi)
+        figure.savefig(folder / f"{stem}.svg", metadata={"Date": None})
 
 
 def axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
@@ -115,7 +125,14 @@ def field_arrow(
         xytext=(x, y),
         xycoords=ax.transAxes + shift,
         textcoords=ax.transAxes,
-        arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 11.0},
+        arrowprops={
+            "arrowstyle": "-|>",
+            "color": colour,
+            "lw": 1.4,
+            "shrinkA": 0.0,
+            "shrinkB": 0.0,
+            "mutation_scale": 11.0,
+        },
         annotation_clip=False,
     )
     sign = 1.0 if side == "right" else -1.0

@@ -26,7 +26,14 @@ class Faces:
 
 
 def tube(
-    r: Array, R: Array, radius: float, view: Array, *, colour: Any, lines: Sequence[tuple[float, float, Any]] = (), around: int = 32
+    r: Array,
+    R: Array,
+    radius: float,
+    view: Array,
+    *,
+    colour: Any,
+    lines: Sequence[tuple[float, float, Any]] = (),
+    around: int = 32,
 ) -> Faces:
     """Return the faces of a round rod that look at the viewer, with material lines along it that show its twist.
 
@@ -34,13 +41,11 @@ def tube(
     the camera's rotation; ``colour`` in RGB; ``lines`` the angle from d1, the half width (both in rad) and the colour
     of each material line; ``around`` the faces round a section.
     """
-    edges, strips = [], []
-    for angle, half, line_colour in sorted(lines, key=lambda line: line[0]):
-        edges += [angle - half, angle + half]
-        strips.append((angle, half, line_colour))
+    strips = sorted(lines, key=lambda line: line[0])
+    edges = [place + side * half for place, half, _ in strips for side in (-1.0, 1.0)]
     plain = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False) + np.pi / around
-    free = [a for a in plain if all(abs((a - b + np.pi) % (2.0 * np.pi) - np.pi) > 1.5 * h for b, h, _ in strips)]
-    angle = np.sort(np.concatenate([free, edges]))
+    free = [a for a in plain if all(abs(_wrapped(a - place)) > 1.5 * half for place, half, _ in strips)]
+    angle = np.sort(np.array(free + edges))
     angle = np.append(angle, angle[0] + 2.0 * np.pi)
     outward = np.cos(angle)[:, None] * R[:, None, :, 0] + np.sin(angle)[:, None] * R[:, None, :, 1]  # (n, m, 3)
     points = r[:, None] + radius * outward
@@ -50,12 +55,14 @@ def tube(
     base = np.broadcast_to(np.array(colour, dtype=float), normal.shape).copy()
     middle = 0.5 * (angle[:-1] + angle[1:])
     for place, half, line_colour in strips:
-        base[:, np.abs((middle - place + np.pi) % (2.0 * np.pi) - np.pi) < half] = line_colour
+        base[:, np.abs(_wrapped(middle - place)) < half] = line_colour
     seen = normal @ view[2] > -0.05
     return Faces(corners[seen], _shaded(base[seen], normal[seen], view))
 
 
-def cap(r: Array, R: Array, radius: float, view: Array, *, colour: Any, outward: float = 1.0, around: int = 48) -> Faces:
+def cap(
+    r: Array, R: Array, radius: float, view: Array, *, colour: Any, outward: float = 1.0, around: int = 48
+) -> Faces:
     """Return the flat end of a round rod at r (3,), R (3, 3); ``outward`` is the sign of d3 that leaves the rod."""
     normal = outward * R[:, 2]
     if normal @ view[2] <= 0.0:
@@ -64,8 +71,14 @@ def cap(r: Array, R: Array, radius: float, view: Array, *, colour: Any, outward:
     rim = r + radius * (np.cos(angle)[:, None] * R[:, 0] + np.sin(angle)[:, None] * R[:, 1])
     centre = np.broadcast_to(r, (around // 2, 3))
     corners = np.stack([centre, rim[:-1:2], rim[1::2], rim[2::2]], axis=1)
-    shade = (0.96 + 0.04 * normal[None] @ view.T @ LIGHT[:, None] / np.linalg.norm(LIGHT)) * np.array(colour)  # flat and light
+    shade = (0.96 + 0.04 * normal[None] @ view.T @ LIGHT[:, None] / np.linalg.norm(LIGHT)) * np.array(
+        colour
+    )  # flat and light
     return Faces(corners, np.repeat(shade, len(corners), axis=0))
+
+
+def _wrapped(angle: Array) -> Array:
+    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def _shaded(colours: Array, normal: Array, view: Array) -> Array:
@@ -74,4 +87,4 @@ def _shaded(colours: Array, normal: Array, view: Array) -> Array:
     bright = np.clip(normal @ lamp, -1.0, 1.0)
     shade = 0.80 + 0.22 * bright - 0.10 * (1.0 - np.clip(normal @ view[2], 0.0, 1.0)) ** 2
     gleam = 0.25 * np.clip(bright, 0.0, 1.0)[..., None] ** 12
-    return np.clip(colours * shade[..., None] + gleam * (1.0 - colours), 0.0, 1.0)
+    return np.asarray(np.clip(colours * shade[..., None] + gleam * (1.0 - colours), 0.0, 1.0))
