@@ -37,7 +37,8 @@ LAST = ROOT / "benchmarks" / "last.json"
 PAGE = ROOT / "docs" / "benchmarks.md"
 SLOWER = 1.3  # than the last recorded run, in units of something timed in the same run: worth a look
 PACKAGES = ("darboux", "numpy", "scipy", "numba", "matplotlib", "pyelastica")
-HEADINGS = ("what", "ours", "theirs", "ratio", "spread", "target", "our error", "their error", "")
+HEADINGS = ("what", "against", "ours", "theirs", "ratio", "spread", "target", "our error", "their error", "")
+WORDS = ("what", "against", "")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -88,13 +89,12 @@ def _measure(families: Any, quick: bool, console: Console) -> tuple[list[Row], l
 def _cells(row: Row) -> list[str]:
     """Return a row's cells, in the order of the headings, the verdict left out."""
     theirs = "" if row.theirs is None else f"{_number(row.theirs.median)} {row.unit}"
-    what = row.what + (f"; {row.peer}" if row.peer else "")
     errors = ["" if e is None else f"{e:.1e}" for e in (row.our_error, row.their_error)]
     if errors[0]:
         errors[0] += f" ({row.error_of})"
     spread = _range(row.ours, f" {row.unit}") if row.ratio is None else _range(row.ratio, "x")
     ratio = "" if row.ratio is None else f"{_number(row.ratio.median)}x"
-    return [what, f"{_number(row.ours.median)} {row.unit}", theirs, ratio, spread, row.target, *errors]
+    return [row.what, row.peer, f"{_number(row.ours.median)} {row.unit}", theirs, ratio, spread, row.target, *errors]
 
 
 def _number(value: float) -> str:
@@ -124,7 +124,7 @@ def _table(rows: list[Row], last: dict[str, Any]) -> Any:
         title="One process, one core, after compiling; medians, and quartiles as spread", title_justify="left"
     )
     for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading in ("what", "") else "right", overflow="fold")
+        table.add_column(heading, justify="left" if heading in WORDS else "right", overflow="fold")
     for row in rows:
         colour = {True: "green", False: "red", None: ""}[row.passed]
         verdict = f"[{colour}]{_verdict(row)}[/{colour}]" if colour else ""
@@ -172,7 +172,7 @@ def _page(made: dict[str, Any], rows: list[Row], remarks: list[str]) -> str:
         "result is kept from one call to the next. Errors are true errors, against an answer that is better than both.",
         "",
         "| " + " | ".join([*HEADINGS[:-1], "verdict"]) + " |",
-        "|---|" + "---:|" * (len(HEADINGS) - 2) + "---|",
+        "|" + "|".join("---" if heading in WORDS else "---:" for heading in HEADINGS) + "|",
     ]
     lines += [
         "| " + " | ".join([*_cells(row), "; ".join(filter(None, [_verdict(row), row.note]))]) + " |" for row in rows

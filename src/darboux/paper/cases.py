@@ -23,7 +23,7 @@ FIGURE6_EI, FIGURE6_D = 4e-7, 2.6e-7  # N m^2
 # Not printed: length and weight per length; these show five turns that the weight bends but does not pull straight.
 FIGURE7_K = np.array([0.0, 2.0, 0.1])
 FIGURE7_LENGTH = 16.0
-FIGURE7_WEIGHT = {"a": 0.005, "b": 0.02}
+FIGURE7_WEIGHT = {"a": 0.002, "b": 0.02}
 
 
 def figure5(stretch: bool = False) -> Equilibrium:

@@ -603,8 +603,8 @@ def _figure7(part: Part) -> Figure:
         "b": r"(b)  natural curvature $\mathbf{k}_0 = (0, 2, 0.1)\ \mathrm{m}^{-1}$, one end clamped, the other free",
     }
     boxes: dict[str, tuple[Any, Any]] = {
-        "a.vertical": ((-1.25, -0.75, -0.75), (0.5, 1.0, 0.75)),
-        "a.horizontal": ((0.0, -1.25, -0.75), (2.5, 1.0, 0.75)),
+        "a.vertical": ((-1.25, -0.75, -1.75), (0.25, 0.75, 0.25)),
+        "a.horizontal": ((-0.25, -1.25, -0.75), (1.75, 0.75, 1.0)),
         "b.vertical": ((-0.25, -0.75, -2.25), (1.25, 0.75, 0.25)),
         "b.horizontal": ((-0.5, -1.25, -1.5), (1.5, 0.25, 0.75)),
     }
@@ -614,16 +614,15 @@ def _figure7(part: Part) -> Figure:
         figure.text(0.3 / 8.0, (top - 0.12) / 7.4, readings[reading], va="center", fontsize=11.0)
         for column, orientation in enumerate(("vertical", "horizontal")):
             name = f"{reading}.{orientation}"
-            azimuth = -20.0 if name == "a.vertical" else -62.0  # where its turns hide each other least
-            camera = Camera(azimuth=azimuth, elevation=20.0)
+            elevation = 14.0 if name == "a.vertical" else 20.0  # from where its turns hide each other least
+            camera = Camera(azimuth=-62.0, elevation=elevation)
             scene = Scene.at(figure, (0.1 + 3.95 * column, top - 3.35, 3.85, 3.0), camera)
             low, high = boxes[name]
-            step = (1.0 if high[0] - low[0] > 2.0 else 0.5, 0.5, 0.5)
-            corners = scene.box(low, high, step, labels, label_gap=(25.0, 27.0, 32.0))
+            corners = scene.box(low, high, (0.5, 0.5, 0.5), labels, label_gap=(25.0, 27.0, 32.0))
             s = np.linspace(0.0, cases.FIGURE7_LENGTH, 641)
             if reading == "b":
-                scene.curve(part.solutions[f"{name}.natural"].r(s), width=2.0, colour="#c9c9c9", halo=0.8, zorder=2.0)
-            scene.curve(part.solutions[name].r(s), width=2.2, colour=BLUE, halo=0.7)
+                scene.curve(part.solutions[f"{name}.natural"].r(s), width=1.7, colour="#c9c9c9", halo=0.7, zorder=2.0)
+            scene.curve(part.solutions[name].r(s), width=1.9, colour=BLUE, halo=0.7)
             scene.dot(part.solutions[name].r(0.0), marker="s", ms=5.0)
             scene.fit(corners, (0.60, 0.45, 0.5, 0.28))
             scene.ax.set_title(f"helix axis {orientation}", x=0.5, y=0.93)
@@ -727,7 +726,7 @@ def _charged(part: Part) -> Figure:
     style.field_arrow(ax, 0.68, 0.47, (0.0, 30.0), r"$\mathbf{E}$", side="left")
     style.field_arrow(ax, 0.80, 0.53, (0.0, -30.0), "$g$")
     ax.set(xlim=(-0.045, 0.185), ylim=(-0.258, 0.258), aspect="equal")
-    ax.set_xlabel("$x$")
+    ax.set_xlabel("$x$ (m)")
     ax.set_ylabel("$z$ (m)", labelpad=0.0)
     return figure
 

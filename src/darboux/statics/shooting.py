@@ -13,6 +13,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -209,12 +210,12 @@ class _Nodes:
 
 @dataclass(frozen=True)
 class _Shot:
-    """What one pass over the pieces gives: the residual, the factored Newton matrix, the growth of each piece."""
+    """What one pass over the pieces gives: the residual, the factored Newton matrix, and the sensitivities P_i in it."""
 
     residual: Array
     factors: Array
     pivots: NDArray[np.int32]
-    growth: Array
+    P: Array
 
     def solve(self, right: Array) -> Array:
         x, _ = lapack.dgbtrs(self.factors, LOWER, UPPER, right, self.pivots)
@@ -225,7 +226,7 @@ class _Shot:
         """The sign of det [A_0; A_m P_m-1 ... P_0], whatever the number of pieces: each -1 block of 13 rows turns it."""
         diagonal = self.factors[LOWER + UPPER]
         swaps = np.count_nonzero(self.pivots != np.arange(len(self.pivots)))
-        return float((-1) ** (swaps + np.count_nonzero(diagonal < 0.0) + len(self.growth)))
+        return float((-1) ** (swaps + np.count_nonzero(diagonal < 0.0) + len(self.P)))
 
 
 class _Pieces:
@@ -238,6 +239,7 @@ class _Pieces:
         self.first = np.linspace(0.0, 1.0, pieces + 1)
         both = problem.start.holds and problem.end.holds
         self.slack = SLACK if both and not problem.rod.stretch else 0.0
+        self.poses = {at: self._posed(support) for at, support in (("start", problem.start), ("end", problem.end))}
         self.loads = {at: problem.end_load(at) for at in ("start", "end")}
 
     # -- the unloaded rod ----------------------------------------------------------------------------------------
@@ -265,10 +267,13 @@ class _Pieces:
 
     # -- the end conditions, as conjugate pairs ------------------------------------------------------------------
 
-    def _pose(self, at: str, support: Support, load_factor: float) -> tuple[Array, Array]:
-        """Return position and quaternion that a support prescribes; an end pose grows from that of the natural shape."""
+    def _posed(self, support: Support) -> tuple[Array, Array]:
         position = (np.array(support.position) - self.scale.origin) / self.scale.length
-        q = frames.quaternion_of_matrix(support.R)
+        return position, frames.quaternion_of_matrix(support.R)
+
+    def _pose(self, at: str, load_factor: float) -> tuple[Array, Array]:
+        """Return position and quaternion that a support prescribes; an end pose grows from that of the natural shape."""
+        position, q = self.poses[at]
         if at == "end" and self.problem.start.holds:
             natural = self.natural_end
             position = (1.0 - load_factor) * natural[:3] + load_factor * position
@@ -278,7 +283,7 @@ class _Pieces:
     def _end_rows(self, at: str, y: Array, load_factor: float) -> tuple[Array, Array]:
         """Return six conditions on the state at an end, and their derivative (6, 13): displacement or force, turn or moment."""
         support = getattr(self.problem, at)
-        position, q = self._pose(at, support, load_factor)
+        position, q = self._pose(at, load_factor)
         outward = 1.0 if at == "end" else -1.0
         load = self.loads[at]
         force = outward * load_factor * load.force / self.scale.force
@@ -330,9 +335,7 @@ class _Pieces:
         if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(band))):
             return None
         factors, pivots, _ = lapack.dgbtrf(band, LOWER, UPPER)
-        units = _units(nodes.y)
-        growth = np.linalg.norm(P * units / units[:, None], ord=2, axis=(1, 2))
-        return _Shot(residual, factors, pivots, growth)
+        return _Shot(residual, factors, pivots, P)
 
     def newton(
         self, nodes: _Nodes, load_factor: float, rtol: float, most: int
@@ -379,10 +382,12 @@ class _Pieces:
         if found is None:
             return None
         nodes, shot, turn, iterations = found
-        return load_path.Corrected(self._refined(nodes, shot.growth, load_factor), turn, shot.sign, iterations)
+        return load_path.Corrected(self._refined(nodes, shot.P, load_factor), turn, shot.sign, iterations)
 
-    def _refined(self, nodes: _Nodes, growth: Array, load_factor: float) -> _Nodes:
+    def _refined(self, nodes: _Nodes, P: Array, load_factor: float) -> _Nodes:
         """Halve the pieces that amplify an error too much."""
+        units = _units(nodes.y)
+        growth = np.linalg.norm(P * units / units[:, None], ord=2, axis=(1, 2))
         steep = np.flatnonzero(growth > LARGEST_GROWTH)
         if len(steep) == 0 or len(nodes.x) > MOST_PIECES:
             return nodes
@@ -458,18 +463,21 @@ def _turn_matrix(q: Array) -> Array:
 
 def _band(A0: Array, P: Array, Am: Array) -> Array:
     """Return Newton's matrix in LAPACK's band form, with room for the factors above: (2 LOWER + UPPER + 1, 13 (m + 1))."""
-    pieces = len(P)
-    band = np.zeros((2 * LOWER + UPPER + 1, STATES * (pieces + 1)))
-
-    def put(block: Array, row: int, column: int) -> None:
-        rows, columns_ = np.indices(block.shape)
-        rows, columns_ = rows + row, columns_ + column
-        band[LOWER + UPPER + rows - columns_, columns_] = block
-
-    put(A0, 0, 0)
-    minus_one = -np.eye(STATES)
-    for i in range(pieces):
-        put(P[i], 7 + STATES * i, STATES * i)
-        put(minus_one, 7 + STATES * i, STATES * (i + 1))
-    put(Am, 7 + STATES * pieces, STATES * pieces)
+    row, column = _places(len(P))
+    minus_one = np.broadcast_to(-np.eye(STATES), P.shape)
+    values = np.concatenate([A0.ravel(), P.ravel(), minus_one.ravel(), Am.ravel()])
+    band = np.zeros((2 * LOWER + UPPER + 1, STATES * (len(P) + 1)))
+    band[LOWER + UPPER + row - column, column] = values
     return band
+
+
+@lru_cache(maxsize=64)
+def _places(pieces: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return row and column, in Newton's matrix, of every entry of A_0, the P_i, the blocks -1 and A_m."""
+    i = np.arange(pieces)[:, None, None]
+    row, column = np.indices((STATES, STATES))
+    rows = [np.indices((7, STATES))[0], 7 + STATES * i + row, 7 + STATES * i + row]
+    columns = [np.indices((7, STATES))[1], STATES * i + column, STATES * (i + 1) + column]
+    end = np.indices((6, STATES)) + np.array([7 + STATES * pieces, STATES * pieces])[:, None, None]
+    together = [np.concatenate([part.ravel() for part in parts]) for parts in ([*rows, end[0]], [*columns, end[1]])]
+    return together[0], together[1]
