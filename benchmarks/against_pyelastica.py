@@ -146,9 +146,10 @@ def _tips(settings: Settings, duration: float) -> Array:
 
 def _with_steps(settings: Settings, rest: Array) -> Settings:
     """Return the settings with the steps after which the tip stays near its rest; 0 where it never does."""
-    away = np.flatnonzero(~(np.linalg.norm(_tips(settings, UNTIL_REST) - rest, axis=1) <= NEAR))
-    steps = int(away[-1]) + 2
-    return replace(settings, steps=steps if steps * settings.dt < 0.98 * UNTIL_REST and np.isfinite(rest).all() else 0)
+    tips = _tips(settings, UNTIL_REST)
+    steps = int(np.flatnonzero(~(np.linalg.norm(tips - rest, axis=1) <= NEAR))[-1]) + 2
+    stayed = steps * settings.dt < 0.98 * UNTIL_REST and len(tips) == round(UNTIL_REST / settings.dt)
+    return replace(settings, steps=steps if stayed else 0)
 
 
 def _best(rest: Array) -> Settings:

@@ -34,7 +34,7 @@ def rows(quick: bool) -> Iterator[Row]:
 def _imports(rounds: int) -> Iterator[Row]:
     scripts = ("import numpy", "import numpy, darboux", FIRST_SOLUTION)
     programs = [[sys.executable, "-c", script] for script in scripts] + [[*_darboux(), "--help"]]
-    times = interleaved(*(lambda program=program: _run(program) for program in programs), rounds=rounds, span=0.0)
+    times = interleaved(*(lambda program=program: _run(program) for program in programs), rounds=rounds)
     numpy, with_darboux, solution, help_ = times
     for key, what, values, most in (
         ("import", "import darboux, beyond import numpy", with_darboux - numpy, IMPORT_S),

@@ -32,7 +32,7 @@ GRADIENT_HESSIAN_NS, SOLVE_NS = 250.0, 200.0
 
 def rows(quick: bool) -> Iterator[Row]:
     for nodes in SIZES:
-        yield from _rows(nodes, rounds=5 if quick else 21, span=0.02 if quick else 0.1)
+        yield from _rows(nodes, rounds=11 if quick else 101)
 
 
 def _helix(segments: int) -> _Chain:
@@ -41,7 +41,7 @@ def _helix(segments: int) -> _Chain:
     return _Chain(dx.Equilibrium(rod, loads=[dx.Gravity()]), dx.DiscreteRod(segments))
 
 
-def _rows(nodes: int, rounds: int, span: float) -> Iterator[Row]:
+def _rows(nodes: int, rounds: int) -> Iterator[Row]:
     chain = _helix(nodes - 1)
     shape = chain.unloaded()
     rod, loads = chain._elasticity(shape.T), chain._loads(1e-6)
@@ -74,7 +74,7 @@ def _rows(nodes: int, rounds: int, span: float) -> Iterator[Row]:
             raise RuntimeError("the Newton iteration that is timed was rejected")
 
     assembled, solved, solved_by_lapack, iterated = interleaved(
-        gradient_and_hessian, factor_and_solve, lapack, newton, rounds=rounds, span=span
+        gradient_and_hessian, factor_and_solve, lapack, newton, rounds=rounds
     )
     yardstick = float(np.median(solved_by_lapack))
     yield Row(

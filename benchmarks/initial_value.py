@@ -144,9 +144,7 @@ def rows(quick: bool) -> Iterator[Row]:
     errors = [_distance(states.reshape(-1, 13)[:, :3], truth), _distance(public().curve.y[:, :3] / LENGTH, truth)]
     for side, (right_hand_side, targets) in sides.items():
         theirs = _distance(scipy(right_hand_side), truth)
-        times = interleaved(
-            kernel, public, lambda f=right_hand_side: scipy(f), rounds=5 if quick else 21, span=0.02 if quick else 0.1
-        )
+        times = interleaved(kernel, public, lambda f=right_hand_side: scipy(f), rounds=11 if quick else 101)
         key = side.split()[0].lower()
         ways = (("kernel", "kernel dormand_prince.integrate"), ("public", "darboux.integrate"))
         for i, (name, what) in enumerate(ways):

@@ -1,7 +1,9 @@
 """How everything here is timed: one process, one core, after compiling, A B A B ..., medians and their spread.
 
 Two things are never timed one after the other but in turns, so that what else the machine does falls on both alike, and
-the ratio is formed turn by turn. No minimum is taken, no cache is filled in secret: what is timed is what a user calls.
+the ratio is formed turn by turn. Turns are short, a hundredth of a second or one call, and many, so that the median is
+of turns in which nothing else took the processor away. No minimum is taken, no cache is filled in secret: what is timed
+is what a user calls.
 """
 
 from __future__ import annotations
@@ -76,6 +78,9 @@ class Row:
         return 1.0 / self.ratio.median if self.ratio is not None else self.guard
 
 
+TURN = 0.01  # s
+
+
 def seconds(work: Work, calls: int = 1) -> float:
     """Return the wall time of one of several calls in a row."""
     began = time.perf_counter()
@@ -90,7 +95,7 @@ def calls_for(work: Work, span: float) -> int:
     return max(1, round(span / max(seconds(work), 1e-9)))
 
 
-def interleaved(*works: Work, rounds: int, span: float) -> list[NDArray[np.float64]]:
+def interleaved(*works: Work, rounds: int, span: float = TURN) -> list[NDArray[np.float64]]:
     """Return the seconds per call (rounds,) of each work, timed in turns that take about ``span`` seconds each."""
     calls = [calls_for(work, span) for work in works]
     times = np.array([[seconds(work, n) for work, n in zip(works, calls, strict=True)] for _ in range(rounds)])

@@ -139,7 +139,9 @@ def test_every_part_has_a_name() -> None:
 
 def test_importing_is_light() -> None:
     """Nothing that draws, compiles or prints is loaded by ``import darboux``."""
-    code = "import sys, darboux; print([m for m in ('numba', 'scipy', 'matplotlib', 'typer', 'rich') if m in sys.modules])"
+    code = (
+        "import sys, darboux; print([m for m in ('numba', 'scipy', 'matplotlib', 'typer', 'rich') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
@@ -158,9 +160,13 @@ def test_the_two_commands_on_a_clean_copy(tmp_path: Path) -> None:
     """`make paper` and `make test` from a fresh clone, in an environment that they make themselves."""
     copy = tmp_path / "copy"
     subprocess.run(["git", "clone", "--quiet", str(ROOT), str(copy)], check=True)
-    clean = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV", "MAKEFLAGS")}
+    clean = {
+        name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV", "MAKEFLAGS")
+    }
     for words in (["paper", "ARGS=--only 6"], ["test", "ARGS=tests/test_descriptions.py -q"]):
-        done = subprocess.run(["make", *words], cwd=copy, env=clean, capture_output=True, text=True, timeout=900, check=False)
+        done = subprocess.run(
+            ["make", *words], cwd=copy, env=clean, capture_output=True, text=True, timeout=900, check=False
+        )
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     assert (copy / "paper-figures" / "figure6.png").exists()
     assert "passed" in done.stdout

@@ -52,7 +52,8 @@ class Equilibrium:
     def _check_supports(self) -> None:
         if not (self.start.holds or self.end.holds):
             raise InvalidInput(
-                "problem.start and problem.end are both Free(); nothing holds the rod in place. Clamp one end, as in start=Clamped()."
+                "problem.start and problem.end are both Free(); nothing holds the rod in place. "
+                "Clamp one end, as in start=Clamped()."
             )
         if self.start.holds and self.end.holds and not self.rod.stretch:
             distance = float(np.linalg.norm(np.array(self.end.position) - np.array(self.start.position)))

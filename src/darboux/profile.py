@@ -64,6 +64,7 @@ class Profile:
         self._value: Any = value
 
     def __call__(self, s: Array) -> Array:
+        """Return the checked values at s (n,)."""
         if self.constant:
             return np.broadcast_to(np.asarray(self._value), (len(s), *self.shape)).copy()
         values = evaluate(self.field, self._value, s, self.shape)

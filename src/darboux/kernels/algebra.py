@@ -26,6 +26,20 @@ def quaternion(x: Array, i: int) -> Quaternion:
 
 
 @inline
+def store(x: Array, i: int, a: Vector) -> None:
+    """x[i], x[i + 1], x[i + 2] = a."""
+    x[i], x[i + 1], x[i + 2] = a
+
+
+@inline
+def add(x: Array, i: int, a: Vector) -> None:
+    """Add a to the three numbers of x from i on."""
+    x[i] += a[0]
+    x[i + 1] += a[1]
+    x[i + 2] += a[2]
+
+
+@inline
 def put(x: Array, i: int, step: int, a: Vector) -> None:
     """x[i], x[i + step], x[i + 2 step] = a."""
     x[i], x[i + step], x[i + 2 * step] = a
@@ -47,6 +61,31 @@ def plus(a: Vector, b: Vector) -> Vector:
 def minus(a: Vector, b: Vector) -> Vector:
     """a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@inline
+def scaled(s: float, a: Vector) -> Vector:
+    """s a."""
+    return s * a[0], s * a[1], s * a[2]
+
+
+@inline
+def mix(s: float, a: Vector, r: float, b: Vector) -> Vector:
+    """s a + r b."""
+    return s * a[0] + r * b[0], s * a[1] + r * b[1], s * a[2] + r * b[2]
+
+
+@inline
+def dot(a: Vector, b: Vector) -> float:
+    """a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inline
+def across(t: Vector, a: Vector) -> Vector:
+    """The part of a across the unit vector t: a - (t . a) t."""
+    s = dot(t, a)
+    return a[0] - s * t[0], a[1] - s * t[1], a[2] - s * t[2]
 
 
 @inline

@@ -37,11 +37,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.kernels.algebra import Vector, across, add, cross, dot, mix, scaled, store, symmetric_times, vector
 from darboux.kernels.band import FULL, LOWER, REACH
 from darboux.kernels.jit import inline, jit
 
 Array = NDArray[np.float64]
-Vector = tuple[float, float, float]
 
 # The workspace of one spring: 8 numbers for each of these, then its Hessian by edges, 8 rows of 8, where AA is the
 # block (e_a, e_a), AB is (e_a, e_b), BB is (e_b, e_b) and ANGLE is the row of theta_a. Below the diagonal blocks
@@ -84,77 +84,13 @@ class Loads(NamedTuple):
     C: Array  # (6 (N + 1)) symmetric, in the order 11, 22, 33, 23, 13, 12
 
 
-# Vectors are tuples of three numbers: the compiler keeps them in registers.
-
-
-@inline
-def load(v: Array, o: int) -> Vector:
-    """Read the vector at v[o:]."""
-    return v[o], v[o + 1], v[o + 2]
-
-
-@inline
-def store(v: Array, o: int, u: Vector) -> None:
-    """Write the vector at v[o:]."""
-    v[o], v[o + 1], v[o + 2] = u
-
-
-@inline
-def add(v: Array, o: int, u: Vector) -> None:
-    """v[o:] += u"""
-    v[o] += u[0]
-    v[o + 1] += u[1]
-    v[o + 2] += u[2]
-
-
-@inline
-def dot(u: Vector, v: Vector) -> float:
-    """u.v"""
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-
-
-@inline
-def cross(u: Vector, v: Vector) -> Vector:
-    """u x v"""
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-
-
-@inline
-def scaled(s: float, u: Vector) -> Vector:
-    """s u"""
-    return s * u[0], s * u[1], s * u[2]
-
-
-@inline
-def mix(s: float, u: Vector, r: float, v: Vector) -> Vector:
-    """s u + r v"""
-    return s * u[0] + r * v[0], s * u[1] + r * v[1], s * u[2] + r * v[2]
-
-
-@inline
-def across(t: Vector, u: Vector) -> Vector:
-    """P_t u = u - (t.u) t"""
-    s = dot(t, u)
-    return u[0] - s * t[0], u[1] - s * t[1], u[2] - s * t[2]
-
-
-@inline
-def times(S: Array, o: int, u: Vector) -> Vector:
-    """S u, of the symmetric S at S[o:] in the order 11, 22, 33, 23, 13, 12."""
-    return (
-        S[o] * u[0] + S[o + 5] * u[1] + S[o + 4] * u[2],
-        S[o + 5] * u[0] + S[o + 1] * u[1] + S[o + 3] * u[2],
-        S[o + 4] * u[0] + S[o + 3] * u[1] + S[o + 2] * u[2],
-    )
-
-
 # Frames
 
 
 @inline
 def edge(x: Array, j: int) -> Vector:
     """e_j = x_j - x_{j-1}"""
-    e: Vector = mix(1.0, load(x, 3 * j), -1.0, load(x, 3 * j - 3))
+    e: Vector = mix(1.0, vector(x, 3 * j), -1.0, vector(x, 3 * j - 3))
     return e
 
 
@@ -193,13 +129,13 @@ def advance(old: State, step: Array, scale: float, new: State) -> None:
     new_x, new_t, new_d1, _ = new
     edges = x.size // 3 - 1
     for i in range(edges + 1):
-        store(new_x, 3 * i, mix(1.0, load(x, 3 * i), scale, load(step, 4 * i)))
+        store(new_x, 3 * i, mix(1.0, vector(x, 3 * i), scale, vector(step, 4 * i)))
     for j in (0, edges + 1):
-        store(new_t, 3 * j, load(t, 3 * j))
-        store(new_d1, 3 * j, load(d1, 3 * j))
+        store(new_t, 3 * j, vector(t, 3 * j))
+        store(new_d1, 3 * j, vector(d1, 3 * j))
     for j in range(1, edges + 1):
         tangent = unit(edge(new_x, j))
-        director = unit(across(tangent, transported(load(d1, 3 * j), load(t, 3 * j), tangent)))
+        director = unit(across(tangent, transported(vector(d1, 3 * j), vector(t, 3 * j), tangent)))
         theta = scale * step[4 * j - 1]
         store(new_t, 3 * j, tangent)
         store(new_d1, 3 * j, mix(math.cos(theta), director, math.sin(theta), cross(tangent, director)))
@@ -211,8 +147,8 @@ def advance(old: State, step: Array, scale: float, new: State) -> None:
 @inline
 def strain(t: Array, d1: Array, m: Array, i: int) -> Vector:
     """kappa = ((a.b2 - b.a2) / chi, (b.a1 - a.b1) / chi, m) at vertex i; infinite where the rod folds on itself."""
-    a, a1 = load(t, 3 * i), load(d1, 3 * i)
-    b, b1 = load(t, 3 * i + 3), load(d1, 3 * i + 3)
+    a, a1 = vector(t, 3 * i), vector(d1, 3 * i)
+    b, b1 = vector(t, 3 * i + 3), vector(d1, 3 * i + 3)
     a2, b2 = cross(a, a1), cross(b, b1)
     chi = 1.0 + dot(a, b)
     if chi < FOLDED:
@@ -236,8 +172,8 @@ def strains(state: State, first: int, stop: int, kappa: Array) -> None:
 @inline
 def load_energy(x: Array, f: Array, C: Array, i: int) -> float:
     """E_i = -(f.x_i + x_i.C x_i / 2)"""
-    u = load(x, 3 * i)
-    work: float = dot(mix(1.0, load(f, 3 * i), 0.5, times(C, 6 * i, u)), u)
+    u = vector(x, 3 * i)
+    work: float = dot(mix(1.0, vector(f, 3 * i), 0.5, symmetric_times(C, 6 * i, u)), u)
     return -work
 
 
@@ -254,8 +190,8 @@ def energy(state: State, rod: Elasticity, loads: Loads, parts: Array) -> float:
     parts[:] = 0.0
     edges = l.size
     for i in range(first, stop):
-        s = mix(1.0, strain(t, d1, m, i), -1.0, load(kappa0, 3 * i))
-        mu = times(B, 6 * i, s)
+        s = mix(1.0, strain(t, d1, m, i), -1.0, vector(kappa0, 3 * i))
+        mu = symmetric_times(B, 6 * i, s)
         parts[0] += 0.5 * (mu[0] * s[0] + mu[1] * s[1])
         parts[1] += 0.5 * mu[2] * s[2]
     for j in range(1, edges + 1):
@@ -324,8 +260,8 @@ def spring_sigma(work: Array, per_chi: float, mu: Vector, A: Vector, B: Vector) 
     for p in range(8):
         work[SIGMA + p] = per_chi * (mu[0] * work[KAPPA1 + p] + mu[1] * work[KAPPA2 + p])
     half = 0.5 * per_chi
-    add(work, SIGMA, mix(half * mu[2], load(work, TWIST), -half, A))
-    add(work, SIGMA + 4, mix(half * mu[2], load(work, TWIST + 4), half, B))
+    add(work, SIGMA, mix(half * mu[2], vector(work, TWIST), -half, A))
+    add(work, SIGMA + 4, mix(half * mu[2], vector(work, TWIST + 4), half, B))
 
 
 @inline
@@ -340,7 +276,7 @@ def product(work: Array, q: int, y: Vector, s: float, x: float) -> float:
 def spring_products(work: Array, stiffness: Array, o: int) -> None:
     """sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma chi'^T - chi' sigma^T, into the Hessian, four at a time."""
     for p in range(8):
-        y = times(stiffness, o, (work[KAPPA1 + p], work[KAPPA2 + p], work[TWIST + p]))
+        y = symmetric_times(stiffness, o, (work[KAPPA1 + p], work[KAPPA2 + p], work[TWIST + p]))
         s, x = work[SIGMA + p], work[CHI + p]
         if p < 4:
             h = AA + ROW * p
@@ -393,8 +329,8 @@ def add_coupling(
     s = ra * rb * per_chi
     nu, psi = 0.5 * s * twist, s * psi
     turn, n = scaled(nu, cross(a, b)), mix(nu, a, nu, b)
-    add_outer(work, AB, scaled(0.5 * per_chi, A), load(work, CHI + 4))
-    add_outer(work, AB, load(work, CHI), scaled(-0.5 * per_chi, B))
+    add_outer(work, AB, scaled(0.5 * per_chi, A), vector(work, CHI + 4))
+    add_outer(work, AB, vector(work, CHI), scaled(-0.5 * per_chi, B))
     add_outer(work, AB, a, mix(1.0, mix(psi, a, -psi * c, b), -1.0, turn))
     add_outer(work, AB, mix(psi, b, -1.0, turn), b)
     add(work, AB, (-psi, -n[2], n[1]))
@@ -433,8 +369,8 @@ def spring_hessian(
     psi = mu[0] * k[0] + mu[1] * k[1]
     spring_sigma(work, per_chi, mu, A, B)
     spring_products(work, stiffness, o)
-    add_direction(work, AA, load(work, PHI), per_chi * (psi * c - dot(a, Bv)), a, ra)
-    add_direction(work, BB, load(work, PHI + 4), per_chi * (psi * c + dot(b, Av)), b, rb)
+    add_direction(work, AA, vector(work, PHI), per_chi * (psi * c - dot(a, Bv)), a, ra)
+    add_direction(work, BB, vector(work, PHI + 4), per_chi * (psi * c + dot(b, Av)), b, rb)
     add_coupling(work, psi, mu[2], a, A, ra, b, B, rb)
     add_angles(work, a, Av, ra, b, Bv, rb)
 
@@ -447,12 +383,12 @@ def add_spring_gradient(gradient: Array, work: Array, i: int, edges: int) -> Non
     """phi to the gradient. A ghost has no unknowns: its angle is left out, and its edge has no share in phi."""
     o = 4 * i
     if i > 0:
-        add(gradient, o - 4, scaled(-1.0, load(work, PHI)))
+        add(gradient, o - 4, scaled(-1.0, vector(work, PHI)))
         gradient[o - 1] += work[PHI + 3]
-    add(gradient, o, mix(1.0, load(work, PHI), -1.0, load(work, PHI + 4)))
+    add(gradient, o, mix(1.0, vector(work, PHI), -1.0, vector(work, PHI + 4)))
     if i < edges:
         gradient[o + 3] += work[PHI + 7]
-        add(gradient, o + 4, load(work, PHI + 4))
+        add(gradient, o + 4, vector(work, PHI + 4))
 
 
 @inline
@@ -530,10 +466,10 @@ def add_spring(
     """Vertex i's spring: its share of gradient and Hessian; returns its energy."""
     edges = x.size // 3 - 1
     k = strain(t, d1, m, i)
-    s = mix(1.0, k, -1.0, load(kappa0, 3 * i))
-    mu = times(B, 6 * i, s)
-    a, a1, ra = load(t, 3 * i), load(d1, 3 * i), 1.0 / length(x, i, edges)
-    b, b1, rb = load(t, 3 * i + 3), load(d1, 3 * i + 3), 1.0 / length(x, i + 1, edges)
+    s = mix(1.0, k, -1.0, vector(kappa0, 3 * i))
+    mu = symmetric_times(B, 6 * i, s)
+    a, a1, ra = vector(t, 3 * i), vector(d1, 3 * i), 1.0 / length(x, i, edges)
+    b, b1, rb = vector(t, 3 * i + 3), vector(d1, 3 * i + 3), 1.0 / length(x, i + 1, edges)
     strain_gradients(work, k, a, a1, ra, b, b1, rb)
     spring_gradient(work, mu)
     add_spring_gradient(gradient, work, i, edges)
@@ -575,7 +511,7 @@ def add_stretching(e: Vector, l: float, EA: float, T: float, j: int, gradient: A
 def add_loads(x: Array, f: Array, C: Array, i: int, gradient: Array, lower: Array) -> float:
     """E' = -(f + C x), E'' = -C at vertex i; returns E."""
     o, column = 6 * i, LOWER * 4 * i
-    add(gradient, 4 * i, mix(-1.0, load(f, 3 * i), -1.0, times(C, o, load(x, 3 * i))))
+    add(gradient, 4 * i, mix(-1.0, vector(f, 3 * i), -1.0, symmetric_times(C, o, vector(x, 3 * i))))
     lower[column] -= C[o]
     lower[column + 1] -= C[o + 5]
     lower[column + 2] -= C[o + 4]
@@ -640,7 +576,7 @@ def add_couples(state: State, M: Array, residual: Array, general: Array) -> None
     """
     x, tangents, _, _ = state
     for j in range(1, M.size // 3 + 1):
-        couple, t, e = load(M, 3 * j - 3), load(tangents, 3 * j), edge(x, j)
+        couple, t, e = vector(M, 3 * j - 3), vector(tangents, 3 * j), edge(x, j)
         r = 1.0 / math.sqrt(dot(e, e))
         along = dot(couple, t)
         force, by_angle = scaled(r, cross(couple, t)), scaled(-r, across(t, couple))
@@ -691,7 +627,7 @@ def turning_step(
         turned[q] = scale * step[q]
     for j in range(1, edges + 1):
         e, o = edge(x, j), 4 * j
-        de = mix(scale, load(step, o), -scale, load(step, o - 4))
+        de = mix(scale, vector(step, o), -scale, vector(step, o - 4))
         size = math.sqrt(dot(e, e))
         t = scaled(1.0 / size, e)
         w = scaled(1.0 / size, across(t, de))
@@ -699,11 +635,11 @@ def turning_step(
         sinc = math.sin(angle) / angle if angle > 1e-8 else 1.0
         new = l[j - 1] if inextensible else size + dot(t, de)
         moved = mix(1.0, mix(new * math.cos(angle), t, new * sinc, w), -1.0, e)
-        store(turned, o, mix(1.0, load(turned, o - 4), 1.0, moved))
+        store(turned, o, mix(1.0, vector(turned, o - 4), 1.0, moved))
         turned[o - 1] = scale * step[o - 1]
     if not end:
         return
-    gap = mix(scale, load(step, 4 * edges), -1.0, load(turned, 4 * edges))
+    gap = mix(scale, vector(step, 4 * edges), -1.0, vector(turned, 4 * edges))
     for j in range(edges + 1):
         share = j / edges if start else 1.0
-        store(turned, 4 * j, mix(1.0, load(turned, 4 * j), share, gap))
+        store(turned, 4 * j, mix(1.0, vector(turned, 4 * j), share, gap))

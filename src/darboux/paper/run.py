@@ -42,6 +42,7 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("loading; a first run also compiles, for about half a minute", total=len(names))
         from darboux.paper import pictures, results
+        from darboux.view import style
 
         for name in names:
             title, compute = results.PARTS[name]
@@ -50,8 +51,7 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
             numbers |= part.numbers
             comparisons |= part.comparisons
             for stem, figure in pictures.draw(name, part).items():
-                figure.savefig(out / f"{stem}.png", dpi=DPI)
-                figure.savefig(out / f"{stem}.svg")
+                style.save(figure, out, stem, DPI)
             progress.advance(task)
     numbers["seconds"] = time.perf_counter() - began
     _write(out / "paper.json", json.dumps(numbers, indent=2, allow_nan=False) + "\n")

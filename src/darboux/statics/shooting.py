@@ -38,7 +38,7 @@ from darboux.supports import Clamped, Support
 Array = NDArray[np.float64]
 
 FIRST_PIECES = 16
-MOST_PIECES = 2000
+MOST_PIECES = 800
 LARGEST_GROWTH = 20.0  # of an error over one piece; a piece that exceeds it is halved
 PATH_RTOL = 1e-6  # on the way the branch must be kept, not measured
 FINER = 30.0  # how much more sharply the answer is solved once more, for its error
@@ -171,6 +171,11 @@ class Shooting:
                     error = float(np.max(np.linalg.norm(fine.y[:, :3] - coarse.y[:, :3], axis=1))) * problem.rod.length
                     nodes = fine
         code, message = load_path.ending(path, "Shooting")
+        if pieces.slack and 0.99 < path.load_factor < 1.0:
+            code, message = "no_convergence", (
+                "the rod, held at both ends and inextensible, stays straight on the way, and its inner force grows without "
+                "bound. Give it a side to bend to by a small load, or set stretch=True."
+            )
         if path.load_factor == 1.0 and not converged:
             code, message = (
                 "no_convergence",
