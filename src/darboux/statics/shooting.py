@@ -172,9 +172,12 @@ class Shooting:
                     nodes = fine
         code, message = load_path.ending(path, "Shooting")
         if pieces.slack and 0.99 < path.load_factor < 1.0:
-            code, message = "no_convergence", (
-                "the rod, held at both ends and inextensible, stays straight on the way, and its inner force grows without "
-                "bound. Give it a side to bend to by a small load, or set stretch=True."
+            code, message = (
+                "no_convergence",
+                (
+                    "the rod, held at both ends and inextensible, stays straight on the way, and its inner force grows without "
+                    "bound. Give it a side to bend to by a small load, or set stretch=True."
+                ),
             )
         if path.load_factor == 1.0 and not converged:
             code, message = (
