@@ -23,7 +23,8 @@ _HOMES = {
     "problem": ("Equilibrium",),
     "solution": ("EquilibriumSolution", "Status"),
     "statics.solve": ("solve",),
-    "statics.shooting": ("integrate", "Shooting"),
+    "statics.initial_value": ("integrate",),
+    "statics.shooting": ("Shooting",),
     "statics.elastica": ("Elastica",),
     "statics.discrete": ("DiscreteRod",),
     "comparison": ("compare", "Comparison"),
@@ -77,7 +78,8 @@ if TYPE_CHECKING:
     from darboux.solution import EquilibriumSolution, Status
     from darboux.statics.discrete import DiscreteRod
     from darboux.statics.elastica import Elastica
-    from darboux.statics.shooting import Shooting, integrate
+    from darboux.statics.initial_value import integrate
+    from darboux.statics.shooting import Shooting
     from darboux.statics.solve import solve
     from darboux.supports import Clamped, Free
 

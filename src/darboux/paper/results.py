@@ -19,7 +19,8 @@ from darboux.section import Stiffness
 from darboux.solution import EquilibriumSolution
 from darboux.statics.discrete import CLAMPS, DiscreteRod
 from darboux.statics.elastica import Elastica
-from darboux.statics.shooting import Shooting, integrate
+from darboux.statics.initial_value import integrate
+from darboux.statics.shooting import Shooting
 
 Array = NDArray[np.float64]
 SEGMENTS = tuple(2**i for i in range(3, 11))  # 8 ... 1024

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.kernels import rod_equations
 from darboux.kernels.rod_equations import (
@@ -21,8 +22,10 @@ from darboux.kernels.rod_equations import (
     DEAD_MOMENT,
     FOLLOWER_FORCE,
     FOLLOWER_MOMENT,
+    FORCE,
     FORCE_GRADIENT,
     K0,
+    ROTATION,
     SINV,
     WIDTH,
 )
@@ -56,10 +59,15 @@ class Scale:
         held = problem.start if problem.start.holds else problem.end
         return cls(L, EI / L**2, EI / L, np.array(held.position))
 
-    @property
-    def state(self) -> Array:
-        """The units of the 13 states r, q, n, m."""
-        return np.repeat([self.length, 1.0, self.force, self.moment], [3, 4, 3, 3])
+    def curve(self, x: Array, y: Array, dy: Array) -> Curve:
+        """Return dimensionless states y (n, 13) at x (n,), with their slopes dy / dx, in SI units."""
+        unit = np.repeat([self.length, 1.0, self.force, self.moment], [3, 4, 3, 3])
+        states, slopes = y * unit, dy * unit / self.length
+        norm = np.linalg.norm(states[:, ROTATION:FORCE], axis=1, keepdims=True)
+        states[:, ROTATION:FORCE] /= norm
+        slopes[:, ROTATION:FORCE] /= norm
+        states[:, :ROTATION] += self.origin
+        return Curve(x * self.length, states, slopes)
 
 
 @dataclass(frozen=True)

@@ -451,10 +451,7 @@ class _Chain:
         y = np.concatenate([x, q, n_vertices, m], axis=1)
         c = coefficients.columns(self.problem, self.scale, self.nodes)
         c[:, coefficients.LOADS] *= load_factor
-        dy = coefficients.slopes(c, y)
-        unit = self.scale.state
-        shift = np.concatenate([self.scale.origin, np.zeros(10)])
-        return Curve(self.nodes * self.scale.length, y * unit + shift, dy * unit / self.scale.length)
+        return self.scale.curve(self.nodes, y, coefficients.slopes(c, y))
 
     def elastic_parts(self, shape: _Shape) -> tuple[float, float, float]:
         """Return the energies of bending, twist and stretch in J, as the springs and edges have them."""

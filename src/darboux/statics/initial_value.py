@@ -1,0 +1,97 @@
+"""The initial value problem: start values k(0), n(0), frame and r(0) in, the curve out; the paper's own way.
+
+Source: J. R. Dormand and P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19, the method of MATLAB's ODE45.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import checks, frames
+from darboux.checks import checked_call
+from darboux.errors import InvalidInput
+from darboux.kernels import dormand_prince
+from darboux.kernels.rod_equations import FORCE, MOMENT, STATES
+from darboux.loads import EndForce, EndMoment
+from darboux.problem import Equilibrium
+from darboux.rod import Rod
+from darboux.solution import EquilibriumSolution, Status
+from darboux.statics import coefficients
+from darboux.statics.coefficients import Scale, columns, slopes
+from darboux.supports import Clamped
+
+Array = NDArray[np.float64]
+
+MOST_STEPS = 100_000
+FAILED = {1: "it took too many steps", 2: "its step became too small", 3: "its numbers overflowed"}
+
+
+@checked_call
+def integrate(
+    rod: Rod,
+    k: Any,
+    n: Any = (0.0, 0.0, 0.0),
+    *,
+    position: Any = (0.0, 0.0, 0.0),
+    frame: Any = None,
+    loads: Any = (),
+    points: int = 201,
+    rtol: float = 1e-8,
+    throw: bool = True,
+) -> EquilibriumSolution:
+    """Integrate the rod equations from s = 0, where all states are given, to the rod's end.
+
+        r' = R v,  R' = R [k]_x,  n' = -f,  m' = -r' x n - l,   m(0) = R B (k(0) - k0)
+
+    Arguments: ``rod``; ``k`` (3,) curvature and twist at s = 0 in 1/m, section's frame; ``n`` (3,) inner force at
+    s = 0 in N, fixed frame; ``position`` (3,) in m; ``frame`` (3, 3), columns d1, d2, d3 (default d_i = e_i);
+    ``loads`` along the rod; ``points`` outputs, evenly spaced; ``rtol`` relative error per step; ``throw`` whether a
+    failure raises. Returns the equilibrium of the clamped rod that carries n and m of the curve's end as end loads.
+    Raises ``InvalidInput`` and ``NotConverged`` (where the integration breaks down).
+    Source: the paper, eqs. (14) and (17), in right-handed frames.
+    """
+    points = checks.whole("integrate.points", points, 2)
+    rtol = checks.positive("integrate.rtol", rtol)
+    clamp = Clamped(position=position) if frame is None else Clamped(position=position, frame=frame)
+    problem = Equilibrium(rod, start=clamp, loads=loads)
+    if any(load.place is not None for load in problem.loads):
+        raise InvalidInput("integrate takes loads along the rod; at the start give n and k, at the end they come out.")
+    scale = Scale.of(problem)
+    table = coefficients.table(problem, scale)
+    B = np.linalg.inv(rod.compliance(np.zeros(1))[0][0])
+    moment = clamp.R @ (B @ (checks.array("integrate.k", k, (3,), "1/m") - rod.k0(np.zeros(1))[0]))
+    force = checks.array("integrate.n", n, (3,), "N")
+    y0 = np.concatenate([np.zeros(3), frames.quaternion_of_matrix(clamp.R), force / scale.force, moment / scale.moment])
+
+    began = time.perf_counter()
+    x = np.linspace(0.0, 1.0, points)
+    states = np.full(points * STATES, np.nan)
+    data = (table.breaks, table.coefficients.ravel(), table.degree)
+    code, steps, rejected, evaluations = dormand_prince.integrate(y0, x, *data, rtol, 1e-2 * rtol, MOST_STEPS, states)
+    seconds = time.perf_counter() - began
+    y = states.reshape(points, STATES)
+    good = int(np.sum(np.cumprod(np.all(np.isfinite(y), axis=1))))
+    status = Status("converged", "integrated from end to end.")
+    if code != 0:
+        status = Status(
+            "no_convergence",
+            f"the integration stopped at s = {x[max(good - 1, 0)] * rod.length:.6g} m: {FAILED[code]}. "
+            "Start values this large wind the rod without end; check k and n, or solve a boundary value problem instead.",
+        )
+    x, y = x[: max(good, 2)], np.nan_to_num(y[: max(good, 2)])
+    curve = scale.curve(x, y, slopes(columns(problem, scale, x), y))
+    ends = [EndForce(curve.y[-1, FORCE:MOMENT]), EndMoment(curve.y[-1, MOMENT:])]
+    solution = EquilibriumSolution(
+        dataclasses.replace(problem, loads=(*problem.loads, *ends)),
+        "integrate",
+        rod.model,
+        status,
+        curve,
+        statistics={"seconds": seconds, "steps": steps, "rejected": rejected, "evaluations": evaluations},
+    )
+    return solution.check() if throw else solution
