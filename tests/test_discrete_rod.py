@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import darboux as dx
-from darboux.statics.discrete import nodes_along
+from darboux.statics.discrete_chain import nodes_along
 from tests import cases
 from tests.cases import ALONG_X, UNIT
 

@@ -1,0 +1,190 @@
+"""Newton's method on a chain, for `load_path.follow`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from darboux.kernels import band, discrete_rod
+from darboux.statics import load_path
+from darboux.statics.discrete_chain import Chain, Shape
+
+Array = NDArray[np.float64]
+
+PATH_TOLERANCE = 1e-6  # of Newton's last change, as a turn in rad, on the way
+TOLERANCE = 1e-10  # and at full load
+MOST_ITERATIONS = 40
+SHORT_STEP = 2e-3  # of the load factor
+SHORTEST_LINE = 2.0**-12
+
+
+class ChainBranch:
+    """The equilibria of a chain as the load factor grows, each found by Newton's method on the exact band."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.chain = chain
+        self.iterations = 0
+        self.came_from = 0.0  # the load factor of the last equilibrium
+        n = chain.unknowns
+        self.work = np.zeros(discrete_rod.WORK)
+        self.gradient, self.lower = np.zeros(n), np.zeros(band.LOWER * n)
+        self.general = np.zeros(band.FULL * n) if np.any(chain.couples) else None  # couples are not symmetric
+
+    # -- Newton's method -----------------------------------------------------------------------------------------
+
+    def assemble(self, shape: Shape, load_factor: float) -> float:
+        """Fill gradient and band (and the general band where couples act), fixed unknowns held; return the energy."""
+        rod, loads = self.chain.elasticity(shape.T), self.chain.loads(load_factor)
+        energy: float = discrete_rod.energy_gradient_hessian(
+            shape.state, rod, loads, self.work, self.gradient, self.lower
+        )
+        if self.general is not None:
+            band.expand(self.lower, self.chain.unknowns, self.general)
+            couples = (load_factor * self.chain.couples).ravel()
+            discrete_rod.add_couples(shape.state, couples, self.gradient, self.general)
+        return energy
+
+    def _hold(self) -> None:
+        if self.general is not None:
+            band.fix_general(self.general, self.gradient, self.chain.fixed)
+        band.fix(self.lower, self.gradient, self.chain.fixed)
+
+    def _factor(self) -> tuple[int, Any]:
+        """Return the number of negative pivots (-1: singular) and the factors."""
+        if self.general is None:
+            return band.factor(self.lower, self.chain.unknowns), None
+        n, reach = self.chain.unknowns, band.REACH
+        matrix = np.zeros((3 * reach + 1, n))
+        matrix[reach:] = self.general.reshape(n, band.FULL).T
+        factors, pivots, info = lapack.dgbtrf(matrix, reach, reach)
+        swaps = np.count_nonzero(pivots != np.arange(n))
+        negative = int(np.count_nonzero(factors[2 * reach] < 0.0) + swaps) % 2
+        return (-1 if info != 0 else negative), (factors, pivots)
+
+    def _solve(self, factors: Any, right: Array) -> Array:
+        if factors is None:
+            band.solve(self.lower, self.chain.unknowns, right)
+            return right
+        x, _ = lapack.dgbtrs(factors[0], band.REACH, band.REACH, right, factors[1])
+        return np.asarray(x)
+
+    def newton(self, shape: Shape, load_factor: float, tolerance: float) -> tuple[Shape, float, int] | None:
+        """Return the equilibrium near a shape, the largest turn on the way and the iterations; None where it is not near.
+
+        In a basin of the energy the search stays there, and a branch that is stable may lose that only within a short
+        step, so that it is followed past a buckling load but never left for another. Past it, or under couples, which
+        have no energy, Newton's changes must contract.
+        """
+        if self.general is None and not shape.index:
+            found = self._descend(shape, load_factor, tolerance, True)
+            if found is not None or load_factor - self.came_from > SHORT_STEP:
+                return found
+        return self._descend(shape, load_factor, tolerance, False)
+
+    def _descend(
+        self, shape: Shape, load_factor: float, tolerance: float, stable: bool
+    ) -> tuple[Shape, float, int] | None:
+        """Newton's method: downhill with a positive definite Hessian all the way where ``stable``, else undamped."""
+        turned, last, parts = 0.0, np.inf, np.empty(4)
+        for iteration in range(1, MOST_ITERATIONS + 1):
+            self.iterations += 1
+            energy = self.assemble(shape, load_factor)
+            self._hold()
+            slope = self.gradient.copy()
+            index, factors = self._factor()
+            if index < 0 or not np.isfinite(energy) or (stable and index > 0):
+                return None
+            step = self._solve(factors, -slope)
+            size = self.chain.turn(step)
+            if not np.isfinite(size):
+                return None
+            scale = 1.0
+            if stable and size > 1e-7:
+                rod, loads = self.chain.elasticity(shape.T), self.chain.loads(load_factor)
+                descent = float(slope @ step)
+                while True:
+                    trial = self.chain.moved(shape, step, scale)
+                    lowered = discrete_rod.energy(trial.state, rod, loads, parts)
+                    if lowered <= energy + 1e-4 * scale * descent + 1e-13 * abs(energy):
+                        break
+                    scale *= 0.5
+                    if scale < SHORTEST_LINE:
+                        return None
+            elif not stable and size > max(0.5 * last, 1e-7):
+                return None
+            shape = self.chain.moved(shape, step, scale)
+            self.chain.settled(shape)
+            turned += scale * size
+            if turned > 4.0 * load_path.LARGEST_CORRECTED_TURN:
+                return None
+            if scale == 1.0 and size <= tolerance:
+                return replace(shape, index=index), turned, iteration
+            last = size
+        return None
+
+    def settle(self, shape: Shape) -> Shape | None:
+        """Return the equilibrium at full load to the last digits, from one that the path reached."""
+        self.came_from = 1.0
+        found = self.newton(shape, 1.0, TOLERANCE)
+        return None if found is None else found[0]
+
+    def index(self, shape: Shape, load_factor: float) -> int | None:
+        """Return the number of negative eigenvalues of the Hessian; None under couples, which have no energy."""
+        if self.general is not None:
+            return None
+        self.assemble(shape, load_factor)
+        self._hold()
+        return max(band.factor(self.lower, self.chain.unknowns), 0)
+
+    # -- for load_path.follow ------------------------------------------------------------------------------------
+
+    def sign(self, shape: Shape, load_factor: float) -> float:
+        """Return the sign of the determinant, or 0 where it is singular."""
+        self.assemble(shape, load_factor)
+        self._hold()
+        return _sign(self._factor()[0])
+
+    def tangent(self, shape: Shape, load_factor: float) -> tuple[Array, float]:
+        """Solve H dx/d(load factor) = -dg/d(load factor), the right side by a difference."""
+        step = 1e-6
+        self.came_from = load_factor
+        self.chain.lend(shape, load_factor)
+        there = self.chain.posed(shape, load_factor + step)
+        self.assemble(there, load_factor + step)
+        ahead = self.gradient.copy()
+        self.assemble(shape, load_factor)
+        change = (ahead - self.gradient) / step
+        self._hold()
+        index, factors = self._factor()
+        change[self.chain.fixed] = 0.0
+        if index < 0:
+            return change, np.inf
+        tangent = self._solve(factors, -change)
+        moved = np.zeros((self.chain.edges + 1, 4))
+        moved[:, :3] = (there.state.x - shape.state.x).reshape(-1, 3) / step
+        tangent[self.chain.fixed] = moved.ravel()[:-1][
+            self.chain.fixed
+        ]  # a far clamp that moves takes its vertices along
+        return tangent, self.chain.turn(tangent)
+
+    def predict(self, shape: Shape, tangent: Array, step: float) -> Shape:
+        """Return the shape moved along the tangent."""
+        return self.chain.moved(shape, tangent, step)
+
+    def correct(self, shape: Shape, load_factor: float) -> load_path.Corrected[Shape] | None:
+        """Return the equilibrium near a predicted shape, or None."""
+        shape = self.chain.posed(self.chain.lend(shape, load_factor), load_factor)
+        found = self.newton(shape, load_factor, PATH_TOLERANCE)
+        if found is None:
+            return None
+        settled, turn, iterations = found
+        return load_path.Corrected(settled, turn, _sign(settled.index or 0), iterations)
+
+
+def _sign(negative: int) -> float:
+    """Return the sign of the determinant from the number of negative pivots; 0 where it is singular."""
+    return 0.0 if negative < 0 else float((-1) ** negative)
