@@ -21,12 +21,14 @@ import darboux as dx
 from benchmarks.timing import Row, Spread, interleaved
 from darboux.kernels import band, discrete_rod
 from darboux.kernels.discrete_rod import State
-from darboux.statics.discrete import _Chain
+from darboux.statics.discrete_branch import ChainBranch
+from darboux.statics.discrete_chain import Chain, nodes_along
 
 Array = NDArray[np.float64]
 
 SIZES = (1_000, 100_000)
 SHIFT = 1e-6
+LOAD_FACTOR = 1e-6  # a Newton step that the line search accepts at once
 GRADIENT_HESSIAN_NS, SOLVE_NS = 250.0, 200.0
 
 
@@ -35,16 +37,17 @@ def rows(quick: bool) -> Iterator[Row]:
         yield from _rows(nodes, rounds=11 if quick else 101)
 
 
-def _helix(segments: int) -> _Chain:
+def _helix(segments: int) -> Chain:
     section = dx.Stiffness(EI1=3e-7, EI2=4e-7, GJ=2.6e-7, EA=10.0, mass=8e-4)
     rod = dx.Rod(length=0.3, section=section, natural=dx.Helix(radius=0.02, pitch=0.03), stretch=True)
-    return _Chain(dx.Equilibrium(rod, loads=[dx.Gravity()]), dx.DiscreteRod(segments))
+    return Chain(dx.Equilibrium(rod, loads=[dx.Gravity()]), nodes_along(segments, 1.0, True, False), two_vertices=False)
 
 
 def _rows(nodes: int, rounds: int) -> Iterator[Row]:
     chain = _helix(nodes - 1)
+    branch = ChainBranch(chain)
     shape = chain.unloaded()
-    rod, loads = chain._elasticity(shape.T), chain._loads(1e-6)
+    rod, loads = chain.elasticity(shape.T), chain.loads(LOAD_FACTOR)
     n, per_node = chain.unknowns, 1e9 / nodes
     gradient, lower, work = np.zeros(n), np.zeros(band.LOWER * n), np.zeros(discrete_rod.WORK)
 
@@ -70,7 +73,7 @@ def _rows(nodes: int, rounds: int) -> Iterator[Row]:
         return np.asarray(solveh_banded(columns, right, lower=True, check_finite=False))
 
     def newton() -> None:
-        if chain.newton(shape, 1e-6, np.inf) is None:
+        if branch.newton(shape, LOAD_FACTOR, np.inf) is None:
             raise RuntimeError("the Newton iteration that is timed was rejected")
 
     assembled, solved, solved_by_lapack, iterated = interleaved(
@@ -110,7 +113,7 @@ def _rows(nodes: int, rounds: int) -> Iterator[Row]:
     )
 
 
-def _derivative_error(chain: _Chain, state: State, rod: Any, loads: Any, gradient: Array, lower: Array) -> float:
+def _derivative_error(chain: Chain, state: State, rod: Any, loads: Any, gradient: Array, lower: Array) -> float:
     """Return how far v.g and v.H v are from central differences of the energy of order 4, relative, for a smooth v."""
     edges, parts = chain.edges, np.empty(4)
     phase = np.linspace(0.0, 9.0, edges + 1)

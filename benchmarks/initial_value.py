@@ -11,6 +11,7 @@ The truth is SciPy's DOP853 at rtol 1e-13 with the NumPy right-hand side, which 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numba
@@ -144,7 +145,7 @@ def rows(quick: bool) -> Iterator[Row]:
     errors = [_distance(states.reshape(-1, 13)[:, :3], truth), _distance(public().curve.y[:, :3] / LENGTH, truth)]
     for side, (right_hand_side, targets) in sides.items():
         theirs = _distance(scipy(right_hand_side), truth)
-        times = interleaved(kernel, public, lambda f=right_hand_side: scipy(f), rounds=11 if quick else 101)
+        times = interleaved(kernel, public, partial(scipy, right_hand_side), rounds=11 if quick else 101)
         key = side.split()[0].lower()
         ways = (("kernel", "kernel dormand_prince.integrate"), ("public", "darboux.integrate"))
         for i, (name, what) in enumerate(ways):

@@ -31,9 +31,6 @@ class Spread:
         low, median, high = np.quantile(values, [0.25, 0.5, 0.75])
         return cls(float(median), float(low), float(high))
 
-    def scaled(self, factor: float) -> Spread:
-        return Spread(self.median * factor, self.low * factor, self.high * factor)
-
 
 @dataclass(frozen=True)
 class Row:

@@ -146,7 +146,7 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
                 f"more than about {MOST_PIECES // 80} times. Smooth it, or give it as a Table."
             )
         a, b = todo.pop()
-        values = function(np.clip(a + (b - a) * x, a + 1e-15 * (b - a), b))
+        values = function(np.minimum(a + (b - a) * x, np.nextafter(b, a)))  # what comes from the left at b
         spectrum = _TO_SPECTRUM @ values
         spectrum[np.abs(spectrum) < 4e-16 * np.max(np.abs(values), axis=0)] = (
             0.0  # rounding, which powers would magnify

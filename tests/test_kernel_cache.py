@@ -1,0 +1,54 @@
+"""Compiled kernels are kept where a folder is writable, keyed on every kernel's source."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import darboux
+
+PACKAGE = Path(darboux.__file__).parent
+CODE = """
+import numpy as np
+from darboux.kernels import band, jit
+lower = np.zeros(band.LOWER); lower[0] = 2.0
+print(jit.CACHE); print(band.factor(lower, 1)); print(sum(band.factor.stats.cache_hits.values()))
+"""
+
+
+def run(environment: dict[str, str], path: Path | None = None) -> list[str]:
+    extra = {"PYTHONPATH": str(path)} if path else {}
+    done = subprocess.run(
+        [sys.executable, "-c", CODE], capture_output=True, text=True, check=False, env=os.environ | environment | extra
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def test_a_second_process_finds_the_machine_code(tmp_path: Path) -> None:
+    environment = {"DARBOUX_CACHE": str(tmp_path / "cache")}
+    assert run(environment) == [str(tmp_path / "cache"), "0", "0"]
+    assert run(environment) == [str(tmp_path / "cache"), "0", "1"]
+
+
+def test_an_edit_in_another_kernel_file_is_noticed(tmp_path: Path) -> None:
+    shutil.copytree(PACKAGE, tmp_path / "src" / "darboux", ignore=shutil.ignore_patterns("__pycache__"))
+    environment = {"DARBOUX_CACHE": str(tmp_path / "cache")}
+    assert run(environment, tmp_path / "src")[2] == "0"
+    assert run(environment, tmp_path / "src")[2] == "1"
+    with (tmp_path / "src" / "darboux" / "kernels" / "algebra.py").open("a") as file:
+        file.write("# an edit\n")
+    assert run(environment, tmp_path / "src")[2] == "0"
+
+
+def test_no_writable_folder_is_no_failure(tmp_path: Path) -> None:
+    """A file stands where each folder would be made: then kernels compile in memory."""
+    shutil.copytree(PACKAGE, tmp_path / "src" / "darboux", ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "src" / "darboux" / "kernels" / "__pycache__").write_text("")
+    (tmp_path / "file").write_text("")
+    blocked = str(tmp_path / "file" / "inside")
+    environment = {"XDG_CACHE_HOME": blocked, "HOME": blocked, "LOCALAPPDATA": blocked, "PYTHONDONTWRITEBYTECODE": "1"}
+    assert run(environment, tmp_path / "src") == ["None", "0", "0"]
