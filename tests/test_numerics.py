@@ -28,7 +28,9 @@ def test_quaternions_and_matrices_at_every_angle(angle: float) -> None:
         back = frames.quaternion_of_matrix(R)
         assert min(np.linalg.norm(back - q), np.linalg.norm(back + q)) < 2e-15
         cross = -np.cross(np.eye(3), axis).T
-        np.testing.assert_allclose(R, np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross, atol=2e-15)
+        np.testing.assert_allclose(
+            R, np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross, atol=2e-15
+        )
         np.testing.assert_allclose(frames.matrix_of_quaternion(3.7 * q), R, atol=1e-15)
 
 

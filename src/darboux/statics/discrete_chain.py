@@ -18,7 +18,8 @@ from darboux.statics.coefficients import Scale
 
 Array = NDArray[np.float64]
 
-PENALTY = 1e6  # EA L^2 / EI of an inextensible rod's edges: a penalty that multipliers make exact
+# EA L^2 / EI of an inextensible rod's edges, a penalty that multipliers make exact: well above bending and above the loads.
+PENALTY, PENALTY_OF_LOADS = 1e6, 100.0
 SLACK = 1e3  # and, on the way, of a rod held at both ends, which as a straight one could not leave its place
 
 
@@ -63,7 +64,6 @@ class Chain:
         stretch = on_edges[:, SINV + 2]
         self.lent = not self.problem.rod.stretch and all(self.held)
         self.inextensible = not self.problem.rod.stretch and not self.lent
-        self.EA = 1.0 / stretch if self.problem.rod.stretch else np.full(self.edges, PENALTY)
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
         self.f = at_vertices[:, force : force + 3] * self.V[:, None]
         self.C = _six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None]
@@ -73,6 +73,8 @@ class Chain:
             load = self.problem.end_load(at)
             self.f[i] += load.force / self.scale.force
             self.couples[i] += load.moment / self.scale.moment
+        self.penalty = PENALTY + PENALTY_OF_LOADS * float(np.sum(np.abs(self.f)) + np.sum(np.abs(self.C)))
+        self.EA = 1.0 / stretch if self.problem.rod.stretch else np.full(self.edges, self.penalty)
 
     def _fixed(self) -> NDArray[np.bool_]:
         fixed = np.zeros(self.unknowns, dtype=bool)
@@ -161,7 +163,7 @@ class Chain:
         self.inextensible = load_factor == 1.0
         if self.inextensible:
             shape = self.moved(shape, np.zeros(self.unknowns), 0.0)
-        self.EA[:] = min(SLACK / max(1.0 - load_factor, 1e-12), PENALTY)
+        self.EA[:] = min(SLACK / max(1.0 - load_factor, 1e-12), self.penalty)
         return shape
 
     def stretch(self, shape: Shape) -> Array:

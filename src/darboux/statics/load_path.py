@@ -22,7 +22,7 @@ LARGEST_PREDICTED_TURN = 0.6  # rad between neighbouring equilibria
 LARGEST_CORRECTED_TURN = 0.3  # rad by which the corrector may move a predicted shape
 WANTED_CORRECTED_TURN = 0.06  # rad; the predictor's error grows with the square of the step
 LARGEST_STEP = 0.25  # also where nothing turns: a straight column passes its buckling loads one by one
-SMALLEST_STEP = 1e-6
+SMALLEST_STEP = 1e-6  # of the load reached so far
 MOST_STEPS = 1000
 
 
@@ -69,12 +69,13 @@ def follow(branch: Branch[State], state: State) -> Path[State]:
     """Follow the branch from load factor 0, where ``state`` is an equilibrium, to 1 or to where it ends."""
     path = Path(state, 0.0)
     sign = branch.sign(state, 0.0)
-    step = LARGEST_STEP
+    step = first = LARGEST_STEP
     while path.load_factor < 1.0 and path.steps + path.rejected < MOST_STEPS:
         tangent, turn = branch.tangent(path.state, path.load_factor)
         if not np.isfinite(turn):
             return path
         step = min(step, LARGEST_STEP, 1.0 - path.load_factor, LARGEST_PREDICTED_TURN / max(turn, 1e-300))
+        first = step if path.steps == 0 else first
         while True:
             last = step >= (1.0 - path.load_factor) * (1.0 - 1e-12)
             goal = 1.0 if last else path.load_factor + step
@@ -83,7 +84,7 @@ def follow(branch: Branch[State], state: State) -> Path[State]:
                 break
             path.rejected += 1
             step *= 0.4 if reached is None else 0.6
-            if step < SMALLEST_STEP:
+            if step < SMALLEST_STEP * max(path.load_factor, first):
                 return path
         if reached.sign * sign < 0.0:
             path.crossings.append((path.load_factor, goal))
@@ -110,6 +111,11 @@ def ending(path: Path[State], method: str) -> tuple[str, str]:
         return "no_convergence", (
             f"{method} could not leave the unloaded rod: its equations are singular there, as for a straight inextensible "
             "rod held at both ends. Bend it a little by a small load, or use DiscreteRod() with stretch=True."
+        )
+    if path.steps + path.rejected >= MOST_STEPS:
+        return "no_convergence", (
+            f"{method} gave up after {MOST_STEPS} steps of the load, at {percent} of it: the rod turns too often on the way. "
+            "The last equilibrium is in .solution; lower the load."
         )
     return "folded", (
         f"the equilibrium that follows from the unloaded rod ends at {percent} of the load: beyond a fold the rod snaps to "

@@ -88,6 +88,14 @@ class Shooting:
                     error = float(np.max(np.linalg.norm(fine.y[:, :3] - coarse.y[:, :3], axis=1))) * problem.rod.length
                     nodes = fine
         code, message = load_path.ending(path, "Shooting")
+        if path.load_factor < 1.0 and len(nodes.x) > MOST_PIECES:
+            code, message = (
+                "no_convergence",
+                (
+                    f"at {100.0 * path.load_factor:.3g} % of the load the rod amplifies errors so much that shooting needs more than "
+                    f"{MOST_PIECES} pieces; use DiscreteRod(400, grading=100), or Elastica() in the plane."
+                ),
+            )
         if pieces.slack and 0.99 < path.load_factor < 1.0:
             code, message = (
                 "no_convergence",
