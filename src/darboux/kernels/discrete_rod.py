@@ -643,3 +643,19 @@ def turning_step(
     for j in range(edges + 1):
         share = j / edges if start else 1.0
         store(turned, 4 * j, mix(1.0, vector(turned, 4 * j), share, gap))
+
+
+@jit
+def largest_turn(l: Array, step: Array) -> float:
+    """The largest |de| / l or |d theta| of an edge in a packed step, or |dx| of a vertex; not a number if one is none."""
+    largest = 0.0
+    for j in range(l.size + 1):
+        dx = vector(step, 4 * j)
+        size = math.sqrt(dot(dx, dx))
+        if j > 0:
+            de = mix(1.0, dx, -1.0, vector(step, 4 * j - 4))
+            size = max(size, abs(step[4 * j - 1]), math.sqrt(dot(de, de)) / l[j - 1])
+        if not math.isfinite(size):
+            return np.nan
+        largest = max(largest, size)
+    return largest

@@ -193,6 +193,13 @@ def derivative(y: Array, c: Array, dy: Array) -> None:
 
 
 @jit
+def derivatives(y: Array, c: Array, dy: Array) -> None:
+    """The same for the states y (n x 13,), each with its own coefficients c (n x 36,)."""
+    for i in range(y.size // STATES):
+        write_derivative(y, i * STATES, c[i * WIDTH : (i + 1) * WIDTH], dy, i * STATES, 1)
+
+
+@jit
 def jacobian(y: Array, c: Array, J: Array) -> None:
     """J = d(y')/dy by (4), (13 x 13,) row by row, at the state y (13,) with the coefficients c (36,)."""
     J[:] = 0.0

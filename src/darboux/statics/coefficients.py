@@ -111,8 +111,7 @@ def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:
 def slopes(c: Array, y: Array) -> Array:
     """Return dy/dx (n, 13) of the states y (n, 13) by the rod equations with the coefficients c (n, WIDTH)."""
     dy = np.empty_like(y)
-    for i in range(len(y)):
-        rod_equations.derivative(y[i], c[i], dy[i])
+    rod_equations.derivatives(y.ravel(), c.ravel(), dy.ravel())
     return dy
 
 

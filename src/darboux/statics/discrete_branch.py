@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from darboux.statics.discrete_chain import Chain, Shape
 
 Array = NDArray[np.float64]
 
-PATH_TOLERANCE = 1e-6  # of Newton's last change, as a turn in rad, on the way
+PATH_TOLERANCE = 1e-4  # of Newton's last change, as a turn in rad, on the way
 TOLERANCE = 1e-10  # and at full load
 MOST_ITERATIONS = 40
 SHORT_STEP = 2e-3  # of the load factor
@@ -79,7 +78,7 @@ class ChainBranch:
         step, so that it is followed past a buckling load but never left for another. Past it, or under couples, which
         have no energy, Newton's changes must contract.
         """
-        if self.general is None and not shape.index:
+        if self.general is None and not shape.unstable:
             found = self._descend(shape, load_factor, tolerance, True)
             if found is not None or load_factor - self.came_from > SHORT_STEP:
                 return found
@@ -103,26 +102,26 @@ class ChainBranch:
             if not np.isfinite(size):
                 return None
             scale = 1.0
+            trial = self.chain.moved(shape, step, scale)
             if stable and size > 1e-7:
                 rod, loads = self.chain.elasticity(shape.T), self.chain.loads(load_factor)
                 descent = float(slope @ step)
-                while True:
-                    trial = self.chain.moved(shape, step, scale)
-                    lowered = discrete_rod.energy(trial.state, rod, loads, parts)
-                    if lowered <= energy + 1e-4 * scale * descent + 1e-13 * abs(energy):
-                        break
+                while discrete_rod.energy(
+                    trial.state, rod, loads, parts
+                ) > energy + 1e-4 * scale * descent + 1e-13 * abs(energy):
                     scale *= 0.5
                     if scale < SHORTEST_LINE:
                         return None
+                    trial = self.chain.moved(shape, step, scale)
             elif not stable and size > max(0.5 * last, 1e-7):
                 return None
-            shape = self.chain.moved(shape, step, scale)
+            shape = trial
             self.chain.settled(shape)
             turned += scale * size
             if turned > 4.0 * load_path.LARGEST_CORRECTED_TURN:
                 return None
             if scale == 1.0 and size <= tolerance:
-                return replace(shape, index=index), turned, iteration
+                return shape._replace(unstable=index), turned, iteration
             last = size
         return None
 
@@ -182,7 +181,7 @@ class ChainBranch:
         if found is None:
             return None
         settled, turn, iterations = found
-        return load_path.Corrected(settled, turn, _sign(settled.index or 0), iterations)
+        return load_path.Corrected(settled, turn, _sign(settled.unstable or 0), iterations)
 
 
 def _sign(negative: int) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +23,12 @@ PENALTY, PENALTY_OF_LOADS = 1e6, 100.0
 SLACK = 1e3  # and, on the way, of a rod held at both ends, which as a straight one could not leave its place
 
 
-@dataclass(frozen=True)
-class Shape:
-    """A state of the chain and its multipliers (the edges' tensions at rest length), with the index of its Hessian."""
+class Shape(NamedTuple):
+    """A state of the chain and its multipliers (the edges' tensions at rest length), and the number of directions that lower its energy."""
 
     state: State
     T: Array
-    index: int | None = None
+    unstable: int | None = None
 
 
 class Chain:
@@ -46,6 +45,7 @@ class Chain:
         self.edges = len(nodes) - 1
         self.unknowns = 4 * self.edges + 3
         self._discretise()
+        self._loaded = (0.0, Loads(np.zeros(self.f.size), np.zeros(self.C.size)))
         self.fixed = self._fixed()
 
     # -- from the rod to the chain -------------------------------------------------------------------------------
@@ -91,8 +91,10 @@ class Chain:
         return Elasticity(self.stiffness, self.kappa0, self.l, self.EA, T, first, stop)
 
     def loads(self, load_factor: float) -> Loads:
-        """Return what acts on the vertices at a load factor."""
-        return Loads((load_factor * self.f).ravel(), (load_factor * self.C).ravel())
+        """Return what acts on the vertices at a load factor; the last answer is kept, for it is asked for again."""
+        if load_factor != self._loaded[0]:
+            self._loaded = (load_factor, Loads((load_factor * self.f).ravel(), (load_factor * self.C).ravel()))
+        return self._loaded[1]
 
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
@@ -128,7 +130,7 @@ class Chain:
             moves = np.diff(np.append(step, 0.0).reshape(-1, 4)[:, :3], axis=0)
             strain = scale * np.einsum("ni,ni->n", t[3:-3].reshape(-1, 3), moves) / self.l
             T = T + self.EA * (self.stretch(shape) + strain)
-        return replace(shape, state=new, T=T)
+        return shape._replace(state=new, T=T)
 
     def settled(self, shape: Shape) -> None:
         """Keep the twists of an accepted state, so that whole turns are not lost."""
@@ -154,7 +156,7 @@ class Chain:
             np.resize(R[:, 2], posed.t[clamped].size),
             np.resize(R[:, 0], posed.d1[clamped].size),
         )
-        return replace(shape, state=posed)
+        return shape._replace(state=posed)
 
     def lend(self, shape: Shape, load_factor: float) -> Shape:
         """Let an inextensible rod held at both ends stretch on the way, less and less; what pulls then becomes its T."""
@@ -172,10 +174,8 @@ class Chain:
         return np.asarray(np.linalg.norm(edges, axis=1) / self.l - 1.0)
 
     def turn(self, step: Array) -> float:
-        """Return the largest turn of an edge in a packed step, or its largest displacement."""
-        moves = np.concatenate([step, [0.0]]).reshape(-1, 4)
-        across = np.linalg.norm(np.diff(moves[:, :3], axis=0), axis=1) / self.l
-        return float(max(np.max(across), np.max(np.abs(moves[:-1, 3])), np.max(np.abs(moves[:, :3]))))
+        """Return the largest turn of an edge in a packed step, or its largest displacement; not a number if one is none."""
+        return float(discrete_rod.largest_turn(self.l, step))
 
 
 def _advanced(state: State, step: Array) -> State:
