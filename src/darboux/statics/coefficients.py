@@ -92,6 +92,8 @@ class Table:
 
 def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:
     """Return the dimensionless coefficients of the rod equations at x = s / L (n,): (n, WIDTH)."""
+    if problem.uniform and len(x) > 1:
+        return np.repeat(columns(problem, scale, x[:1]), len(x), axis=0)
     s = x * scale.length
     L, force, moment = scale.length, scale.force, scale.moment
     compliance, shear = problem.rod.compliance(s)

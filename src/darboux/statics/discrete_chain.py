@@ -24,7 +24,7 @@ SLACK = 1e3  # and, on the way, of a rod held at both ends, which as a straight 
 
 
 class Shape(NamedTuple):
-    """A state of the chain and its multipliers (the edges' tensions at rest length), and the number of directions that lower its energy."""
+    """A state of the chain, its multipliers (the edges' tensions at rest length), how many directions lower its energy."""
 
     state: State
     T: Array

@@ -20,7 +20,7 @@ State = TypeVar("State")
 
 LARGEST_PREDICTED_TURN = 0.6  # rad between neighbouring equilibria
 LARGEST_CORRECTED_TURN = 0.3  # rad by which the corrector may move a predicted shape
-WANTED_CORRECTED_TURN = 0.06  # rad; the predictor's error grows with the square of the step
+WANTED_CORRECTED_TURN = 0.1  # rad; the predictor's error grows with the square of the step
 LARGEST_STEP = 0.25  # also where nothing turns: a straight column passes its buckling loads one by one
 SMALLEST_STEP = 1e-6  # of the load reached so far
 MOST_STEPS = 1000

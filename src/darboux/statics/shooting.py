@@ -92,7 +92,7 @@ class Shooting:
             code, message = (
                 "no_convergence",
                 (
-                    f"at {100.0 * path.load_factor:.3g} % of the load errors grow so fast along the rod that shooting needs more than "
+                    f"at {100.0 * path.load_factor:.3g} % of the load errors grow so fast along the rod that it needs more than "
                     f"{MOST_PIECES} pieces; use DiscreteRod(400, grading=100), or Elastica() in the plane."
                 ),
             )
