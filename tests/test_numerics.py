@@ -159,8 +159,8 @@ class Toy:
     fx: object
     fl: object
 
-    def sign(self, x: float, load: float) -> float:
-        return float(np.sign(self.fx(x, load)))
+    def stability(self, x: float, load: float) -> tuple[float, int | None]:
+        return float(np.sign(self.fx(x, load))), None
 
     def tangent(self, x: float, load: float) -> tuple[np.ndarray, float]:
         slope = -self.fl(x, load) / self.fx(x, load)

@@ -41,7 +41,7 @@ def number(field: str, value: object, unit: str = "") -> float:
         raise InvalidInput(f"{field} is {shown(value)}; it must be a number{in_unit(unit)}.")
     try:
         result = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InvalidInput(f"{field} is {shown(value)}; it must be a single number{in_unit(unit)}.") from None
     if not math.isfinite(result):
         raise InvalidInput(f"{field} is {with_unit(value, unit)}; it must be a finite number.")
@@ -93,15 +93,24 @@ def array(field: str, value: object, shape: tuple[int, ...], unit: str = "") -> 
     """Return a new float array of the given shape with finite entries; the caller's array is never kept."""
     words = " x ".join(map(str, shape))
     try:
-        result = np.array(value, dtype=float)
-    except (TypeError, ValueError):
+        result = real_array(value)
+    except (TypeError, ValueError, OverflowError):
         raise InvalidInput(f"{field} is {shown(value)}; it must be {words} numbers{in_unit(unit)}.") from None
     if result.shape != shape:
-        came = " x ".join(map(str, result.shape)) or "a single number"
-        raise InvalidInput(f"{field} has the shape {came}; it must be {words} numbers{in_unit(unit)}.")
+        raise InvalidInput(f"{field} is {shown(value)}; it must be {words} numbers{in_unit(unit)}.")
     if not np.all(np.isfinite(result)):
         raise InvalidInput(f"{field} is {with_unit(value, unit)}; every component must be a finite number.")
     return result
+
+
+def real_array(value: object) -> NDArray[np.float64]:
+    """Return a new float array; raises ``TypeError`` or ``ValueError`` for text, complex numbers and ragged lists."""
+    raw = np.array(value)
+    if raw.dtype.kind not in "biuf":
+        raw = np.array(value, dtype=object)
+        if any(not isinstance(x, int | float | np.integer | np.floating) for x in raw.ravel()):
+            raise TypeError("not real numbers")
+    return raw.astype(float)
 
 
 def vector(field: str, value: object, unit: str = "") -> Vector:
@@ -113,8 +122,9 @@ def vector(field: str, value: object, unit: str = "") -> Vector:
 def direction(field: str, value: object) -> Vector:
     """Return a unit vector along ``value``."""
     raw = array(field, value, (3,))
+    raw = raw / max(float(np.max(np.abs(raw))), 1e-300)  # so that no length overflows
     length = float(np.linalg.norm(raw))
-    if length < 1e-150:
+    if length < 0.5:
         raise InvalidInput(f"{field} is {shown(value)}; a direction must have a length above zero.")
     x, y, z = (raw / length).tolist()
     return (x, y, z)

@@ -162,13 +162,18 @@ def _sentence(entry: Entry, reference: Entry) -> str:
     pair = f"{entry.name} and {reference.name}"
     if entry.solution.model != reference.solution.model:
         return f"{pair} are {gap:.1e} L apart, the difference of their models in it."
-    if entry.order is not None:
+    if entry.order is not None and gap <= ANOTHER:
         return f"{entry.name} is {gap:.1e} L away and closes in with order {entry.order:.2f}."
     if gap <= SAME:
         return f"{pair} agree to {gap:.1e} L."
-    if gap <= ANOTHER or hasattr(entry.solution.method, "refined"):
+    if gap <= ANOTHER or _closing_in(entry):
         return f"{pair} are {gap:.1e} L apart."
     return f"{pair} do not agree: they are {gap:.1e} L apart, so they found different equilibria."
+
+
+def _closing_in(entry: Entry) -> bool:
+    """Return whether a coarse answer far away comes clearly nearer when its resolution is doubled."""
+    return entry.order is not None and entry.order > 0.5
 
 
 def distance(a: EquilibriumSolution, b: EquilibriumSolution) -> Distance:

@@ -36,7 +36,14 @@ class Material:
                 raise InvalidInput(f"material.nu is {nu:g}; Poisson's ratio must lie above -1 and not above 0.5.")
             assign(self, nu=nu)
         else:
-            assign(self, G=checks.positive("material.G", self.G, "Pa"))
+            G = checks.positive("material.G", self.G, "Pa")
+            nu = E / (2.0 * G) - 1.0
+            if not -1.0 < nu <= 0.5 + 1e-12:
+                raise InvalidInput(
+                    f"material.G is {G:g} Pa beside E = {E:g} Pa: Poisson's ratio E / 2G - 1 would be {nu:.3g}, but it must lie "
+                    f"above -1 and not above 0.5, so G from {E / 3.0:g} Pa on. An anisotropic rod is a Stiffness(EI1, EI2, GJ)."
+                )
+            assign(self, G=G)
         if self.density is not None:
             assign(self, density=checks.not_negative("material.density", self.density, "kg/m^3"))
         assign(self, E=E)

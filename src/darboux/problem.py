@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,10 @@ from darboux.rod import Rod
 from darboux.supports import Clamped, Free, Support
 
 Array = NDArray[np.float64]
+
+STEEP_SAMPLES = 2048
+STEEP = 0.02  # of the largest value, between two samples
+BISECTIONS = 42  # after which an interval between samples is rounding
 
 
 @description
@@ -69,7 +74,7 @@ class Equilibrium:
             if load.place is not None and ends[load.place].holds:
                 raise InvalidInput(
                     f"loads[{i}] acts on the rod's {load.place}, which is clamped: it would only add to the reaction. "
-                    f"Put it on the free end with at='{'start' if load.place == 'end' else 'end'}', or leave it out."
+                    f"{self._advice(load.place)}"
                 )
             for table in (value for value in load.varying if isinstance(value, Table)):
                 if (
@@ -81,6 +86,12 @@ class Equilibrium:
                         f"{self.rod.length:g} m; give values from end to end."
                     )
         self.distributed(np.linspace(0.0, self.rod.length, 17))
+
+    def _advice(self, place: str) -> str:
+        other = "start" if place == "end" else "end"
+        if getattr(self, other).holds:
+            return "Leave it out, or free the end."
+        return f"Put it on the free end with at='{other}', or leave it out."
 
     def distributed(self, s: Array) -> Distributed:
         """Return the sum of the loads per length at s (n,)."""
@@ -108,6 +119,32 @@ class Equilibrium:
     def uniform(self) -> bool:
         """True where no stiffness, natural shape or load varies along s."""
         return self.rod.uniform and not any(callable(value) for load in self.loads for value in load.varying)
+
+    @cached_property
+    def steep_places(self) -> tuple[float, ...]:
+        """The arc lengths in m at which a load, a stiffness or the natural shape jumps or nearly does, to L / 2048."""
+        if self.uniform:
+            return ()
+        s = (np.arange(STEEP_SAMPLES) + 0.5) * (self.rod.length / STEEP_SAMPLES)
+        columns = self._columns(s)
+        largest = np.max(np.abs(columns), axis=0)
+        unit = np.where(largest > 0.0, largest, 1.0)
+        steep = np.any(np.abs(np.diff(columns, axis=0)) > STEEP * unit, axis=1)
+        low, high = s[:-1][steep], s[1:][steep]
+        at_low, at_high = columns[:-1][steep], columns[1:][steep]
+        for _ in range(BISECTIONS if len(low) else 0):  # towards the side that changes more
+            middle = 0.5 * (low + high)
+            at_middle = self._columns(middle)
+            changes = [np.max(np.abs(at_middle - side) / unit, axis=1) for side in (at_low, at_high)]
+            left = changes[0] > changes[1]
+            high, at_high = np.where(left, middle, high), np.where(left[:, None], at_middle, at_high)
+            low, at_low = np.where(left, low, middle), np.where(left[:, None], at_low, at_middle)
+        return tuple(high.tolist())
+
+    def _columns(self, s: Array) -> Array:
+        """Return all that varies along the rod, side by side."""
+        loads, (B, _) = self.distributed(s), self.rod.compliance(s)
+        return np.concatenate([loads.a, loads.b, loads.la, loads.lb, self.rod.k0(s), B.reshape(-1, 9)], axis=1)
 
     @property
     def breaks(self) -> tuple[float, ...]:

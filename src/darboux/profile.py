@@ -30,15 +30,23 @@ class Table:
     interpolation: str = "cubic"
 
     def __post_init__(self) -> None:
-        s = np.array(self.s, dtype=float)
-        values = np.array(self.values, dtype=float)
+        try:
+            s, values = checks.real_array(self.s), checks.real_array(self.values)
+        except (TypeError, ValueError, OverflowError):
+            raise InvalidInput(
+                f"Table takes two arrays of real numbers, but came s = {checks.shown(self.s)}, values = "
+                f"{checks.shown(self.values)}."
+            ) from None
         checks.choice("Table.interpolation", self.interpolation, ("linear", "cubic"))
         if s.ndim != 1 or len(s) < 2 or np.any(np.diff(s) <= 0.0) or not np.all(np.isfinite(s)):
             raise InvalidInput("Table.s must hold at least two finite arc lengths in ascending order; sort it first.")
-        if values.shape not in ((len(s),), (len(s), 3)) or not np.all(np.isfinite(values)):
+        if values.shape not in ((len(s),), (len(s), 3)):
             raise InvalidInput(
-                f"Table.values has the shape {values.shape}; it must hold {len(s)} finite numbers or {len(s)} x 3."
+                f"Table.values has the shape {values.shape}; it must hold {len(s)} numbers or {len(s)} x 3, like Table.s."
             )
+        if not np.all(np.isfinite(values)):
+            place = int(np.argmax(~np.isfinite(values.reshape(len(s), -1)).all(axis=1)))
+            raise InvalidInput(f"Table.values is not finite at s = {s[place]:g} m (row {place}); mend or leave out that row.")
         nested = tuple(map(tuple, values.tolist())) if values.ndim == 2 else tuple(values.tolist())
         assign(self, s=tuple(s.tolist()), values=nested)
 
@@ -88,24 +96,25 @@ class Profile:
 
 def evaluate(field: str, function: Callable[[Array], Any], s: Array, shape: tuple[int, ...]) -> Array:
     """Call a user's vectorised function of s and check what it returns: (n,) + shape, finite."""
+    what = "Table" if isinstance(function, Table) else "function"
     try:
         raw = function(s.copy())
+        if isinstance(raw, tuple | list) and shape == (3,) and any(np.ndim(component) for component in raw):
+            raw = np.stack(np.broadcast_arrays(*raw, s)[:-1], axis=-1)  # three components, each an array or a number
+        values = checks.real_array(raw)
     except InvalidInput:
         raise
     except Exception as error:
         raise InvalidInput(
             f"{field} is a function that failed on an array of {len(s)} arc lengths: {type(error).__name__}: {error}. "
-            "It must take a NumPy array s and return one value (or row of 3) for each."
+            f"It must take a NumPy array s and return {'three real numbers' if shape else 'one real number'} for each."
         ) from error
-    if isinstance(raw, tuple | list) and shape == (3,) and any(np.ndim(component) for component in raw):
-        raw = np.stack(np.broadcast_arrays(*raw, s)[:-1], axis=-1)  # three components, each an array or a number
-    values = np.array(raw, dtype=float)
     if values.shape == shape:  # a function that returns a constant
         values = np.broadcast_to(values, (len(s), *shape)).copy()
     if values.shape != (len(s), *shape):
         raise InvalidInput(
-            f"{field} is a function that returned the shape {values.shape} for {len(s)} arc lengths; "
-            f"it must return {(len(s), *shape)}."
+            f"{field} is a {what} that gave the shape {values.shape} for {len(s)} arc lengths; "
+            f"it must give {(len(s), *shape)}."
         )
     if not np.all(np.isfinite(values)):
         place = int(np.argmax(~np.isfinite(values.reshape(len(s), -1)).all(axis=1)))

@@ -17,6 +17,8 @@ from darboux.section import Section, SectionStiffness
 
 Array = NDArray[np.float64]
 
+SMALLEST_STIFFNESS, LARGEST_STIFFNESS = 1e-60, 1e60  # N m^2
+
 
 @description
 class Rod:
@@ -68,6 +70,13 @@ class Rod:
 
     def _check_stiffness(self, stiffness: SectionStiffness) -> None:
         self.k0(np.linspace(0.0, self.length, 17))
+        for name in ("EI1", "EI2", "GJ"):
+            value = getattr(stiffness, name)
+            wrong = value[(value < SMALLEST_STIFFNESS) | (value > LARGEST_STIFFNESS)]
+            if len(wrong):
+                raise InvalidInput(
+                    f"the section's {name} is {wrong[0]:g} N m^2, out of the numbers' range; check the unit of its dimensions (m)."
+                )
         if self.stretch and stiffness.EA is None:
             raise InvalidInput("rod.stretch is True, but section.EA is missing; give EA in N or set stretch=False.")
         if self.shear and (stiffness.GA1 is None or stiffness.GA2 is None):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 import numpy as np
@@ -221,12 +221,13 @@ class Ellipse(Section):
 class Stiffness(Section):
     """A section given by its stiffnesses, with no material: measured rods, composites, dimensionless problems.
 
-    Arguments: ``EI1``, ``EI2`` bending stiffness about d1 and d2 and ``GJ`` torsional stiffness in N m^2 (EI2 = EI1
+    Arguments, by name: ``EI1``, ``EI2`` bending stiffness about d1 and d2 and ``GJ`` torsional stiffness in N m^2 (EI2 = EI1
     where not given); ``EA`` stretching and ``GA1``, ``GA2`` shearing stiffness in N, needed only where the rod
     stretches or shears; ``mass`` per length in kg/m, needed only where mass acts. Each a number, a ``Table`` or a
     function of s. Raises ``InvalidInput`` unless positive (mass: not negative).
     """
 
+    _: KW_ONLY
     EI1: Varying
     GJ: Varying
     EI2: Varying | None = None

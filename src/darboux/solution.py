@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
-from darboux.checks import shown
+from darboux.checks import real_array, shown
 from darboux.curve import Curve
 from darboux.errors import InvalidInput, NotConverged
 from darboux.problem import Equilibrium
@@ -125,8 +125,11 @@ class EquilibriumSolution:
         return np.unique(self.curve.s)
 
     def _states(self, s: Any) -> tuple[Array, Array]:
-        points = np.atleast_1d(np.array(s, dtype=float))
         length = self.problem.rod.length
+        try:
+            points = np.atleast_1d(real_array(s))
+        except (TypeError, ValueError, OverflowError):
+            points = np.full(1, np.nan)
         if points.ndim != 1 or not np.all(np.isfinite(points)):
             raise InvalidInput(f"s is {shown(s)}; it must be one finite arc length or a one-dimensional array of them.")
         outside = (points < -1e-9 * length) | (points > length * (1.0 + 1e-9))

@@ -6,7 +6,8 @@ import json
 import os
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -51,13 +52,15 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
             numbers |= part.numbers
             comparisons |= part.comparisons
             for stem, figure in pictures.draw(name, part).items():
-                style.save(figure, out, stem, DPI)
+                with _written(out / f"{stem}.png"):
+                    style.save(figure, out, stem, DPI)
             progress.advance(task)
     numbers["seconds"] = time.perf_counter() - began
     _write(out / "paper.json", json.dumps(numbers, indent=2, allow_nan=False) + "\n")
     for model, found in comparisons.items():
         console.print(found.table(f"Figure 5, {model}: agreement of the methods"))
-    console.print(_summary(numbers))
+    if (summary := _summary(numbers)).row_count:
+        console.print(summary)
     console.print(f"Written to {out}{os.sep}: the pictures as PNG and SVG, and paper.json with every number.")
     return numbers
 
@@ -77,8 +80,23 @@ def _make_folder(out: Path) -> None:
 def _write(path: Path, text: str) -> None:
     """Write to a temporary name first, so that a kill never leaves half a file under the final one."""
     temporary = path.with_suffix(".tmp")
-    temporary.write_text(text)
-    temporary.replace(path)
+    with _written(path):
+        try:
+            temporary.write_text(text)
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _written(path: Path) -> Iterator[None]:
+    """Say in words why a file could not be written: a full disk, a folder of that name."""
+    try:
+        yield
+    except OSError as error:
+        raise InvalidInput(
+            f"{path} can't be written ({error.strerror}); make room or move what is there, or choose another folder by --out."
+        ) from None
 
 
 def _summary(numbers: dict[str, Any]) -> Table:

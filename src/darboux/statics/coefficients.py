@@ -37,6 +37,7 @@ DEGREE = 7
 TOLERANCE = 1e-12  # of a polynomial piece, relative to the column's largest value
 NARROWEST = 2.0**-44  # a jump is enclosed by pieces down to this width, relative to L
 MOST_PIECES = 4000
+SAMPLES = 2048  # anything wider than L over this is seen
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # the order in which symmetric matrices are stored
 LOADS = slice(DEAD_FORCE, WIDTH)  # the columns that grow with the load factor
 
@@ -81,6 +82,15 @@ class Table:
     def degree(self) -> int:
         """The degree of the polynomials."""
         return int(self.coefficients.shape[1]) - 1
+
+    def __call__(self, x: Array) -> Array:
+        """Return the coefficients at x (n,): (n, WIDTH)."""
+        p = np.clip(np.searchsorted(self.breaks, x, side="right") - 1, 0, len(self.breaks) - 2)
+        local = (x - self.breaks[p])[:, None]
+        result = self.coefficients[p, -1]
+        for power in range(self.degree - 1, -1, -1):
+            result = result * local + self.coefficients[p, power]
+        return np.asarray(result)
 
     def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
         """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""
@@ -128,7 +138,8 @@ def table(problem: Equilibrium, scale: Scale) -> Table:
 def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
     """Fit a function of x by polynomials of degree 7 on pieces that are halved until they meet the tolerance.
 
-    Each piece interpolates at Chebyshev's points of the second kind and is tried half-way between them. A jump is
+    Each piece interpolates at Chebyshev's points of the second kind and is tried half-way between them, and at 2048 points
+    over the whole, so that a narrow load is not overlooked. A jump is
     enclosed by halving, and bridged by a constant over a width of 2^-44. Raises ``InvalidInput`` where the function is
     too rough to be followed.
     """
@@ -136,7 +147,9 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
     powers = np.arange(DEGREE + 1)
     probes = 0.5 * (x[:-1] + x[1:])
     to_probes = probes[:, None] ** powers
-    largest = np.max(np.abs(function(np.linspace(0.0, 1.0, 65))), axis=0)
+    everywhere = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    samples = function(everywhere)
+    largest = np.max(np.abs(samples), axis=0)
     todo = list(pairwise(breaks))[::-1]
     starts: list[float] = []
     pieces: list[Array] = []
@@ -153,7 +166,10 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
             0.0  # rounding, which powers would magnify
         )
         local = _TO_POWERS @ spectrum
-        if np.all(np.abs(to_probes @ local - function(a + (b - a) * probes)) <= TOLERANCE * largest):
+        first, last = np.searchsorted(everywhere, [a, b])
+        inside = ((everywhere[first:last, None] - a) / (b - a)) ** powers
+        gaps = (to_probes @ local - function(a + (b - a) * probes), inside @ local - samples[first:last])
+        if all(np.all(np.abs(gap) <= TOLERANCE * largest) for gap in gaps):
             starts.append(a)
             pieces.append(local / (b - a) ** powers[:, None])
         elif b - a < NARROWEST:

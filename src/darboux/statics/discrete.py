@@ -17,11 +17,13 @@ from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, Status
-from darboux.statics import discrete_fields, load_path
+from darboux.statics import discrete_fields, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
 
 CLAMPS = ("half_cell", "two_vertices")
+LARGEST_LOAD = 3e8  # dimensionless
+FLATTEST = 0.05  # an edge shorter than this, over its rest length, is compressed to nothing
 
 
 @description
@@ -75,7 +77,7 @@ class DiscreteRod:
         loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
         if np.any(loads.b) or np.any(loads.lb):
             return "DiscreteRod states dead loads, but a load turns with the section (frame='section'); use Shooting()."
-        return None
+        return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium that follows from the unloaded rod; the status says whether the path got there."""
@@ -97,8 +99,8 @@ class DiscreteRod:
                 shape = settled or shape
             index = branch.index(shape, path.load_factor)
             branch.assemble(shape, path.load_factor)
-        if code == "converged" and index:
-            message += f" It is unstable: {index} direction(s) lower its energy."
+        if path.load_factor < 1.0 and problem.rod.stretch and float(np.min(chain.stretch(shape))) < FLATTEST - 1.0:
+            code, message = "no_convergence", load_path.flattened(path)
         return EquilibriumSolution(
             problem,
             self,
@@ -107,7 +109,7 @@ class DiscreteRod:
             discrete_fields.curve(chain, shape, path.load_factor, branch.gradient),
             load_factor=path.load_factor,
             index=index,
-            elastic_parts=discrete_fields.elastic_parts(chain, shape),
+            elastic_parts=discrete_fields.elastic_parts(chain, shape, path.load_factor),
             statistics={
                 "seconds": time.perf_counter() - began,
                 "load_steps": path.steps,

@@ -16,8 +16,10 @@ Array = NDArray[np.float64]
 
 PATH_TOLERANCE = 1e-4  # of Newton's last change, as a turn in rad, on the way
 TOLERANCE = 1e-10  # and at full load
+SETTLING = 1e-2  # rad by which an equilibrium may move when what was lent to it is taken back
 MOST_ITERATIONS = 40
 SHORT_STEP = 2e-3  # of the load factor
+FLATTEST = 1e-3  # an edge shorter than this, over its rest length, has been compressed to nothing
 SHORTEST_LINE = 2.0**-12
 
 
@@ -89,6 +91,7 @@ class ChainBranch:
     ) -> tuple[Shape, float, int] | None:
         """Newton's method: downhill with a positive definite Hessian all the way where ``stable``, else undamped."""
         turned, last, parts = 0.0, np.inf, np.empty(4)
+        near = SETTLING if load_factor == self.came_from else PATH_TOLERANCE  # below this a change need not contract at once
         for iteration in range(1, MOST_ITERATIONS + 1):
             self.iterations += 1
             energy = self.assemble(shape, load_factor)
@@ -113,7 +116,7 @@ class ChainBranch:
                     if scale < SHORTEST_LINE:
                         return None
                     trial = self.chain.moved(shape, step, scale)
-            elif not stable and size > max(0.5 * last, 1e-7):
+            elif not stable and size > max(0.5 * last, near):
                 return None
             shape = trial
             self.chain.settled(shape)
@@ -128,7 +131,7 @@ class ChainBranch:
     def settle(self, shape: Shape) -> Shape | None:
         """Return the equilibrium at full load to the last digits, from one that the path reached."""
         self.came_from = 1.0
-        found = self.newton(shape, 1.0, TOLERANCE)
+        found = self.newton(self.chain.taken_back(shape), 1.0, TOLERANCE)
         return None if found is None else found[0]
 
     def index(self, shape: Shape, load_factor: float) -> int | None:
@@ -141,20 +144,22 @@ class ChainBranch:
 
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
-    def sign(self, shape: Shape, load_factor: float) -> float:
-        """Return the sign of the determinant, or 0 where it is singular."""
+    def stability(self, shape: Shape, load_factor: float) -> tuple[float, int | None]:
+        """Return the sign of the determinant, 0 where it is singular, and the unstable directions; None under couples."""
         self.assemble(shape, load_factor)
         self._hold()
-        return _sign(self._factor()[0])
+        negative = self._factor()[0]
+        return _sign(negative), None if self.general is not None else max(negative, 0)
 
     def tangent(self, shape: Shape, load_factor: float) -> tuple[Array, float]:
         """Solve H dx/d(load factor) = -dg/d(load factor), the right side by a difference."""
         step = 1e-6
         self.came_from = load_factor
-        self.chain.lend(shape, load_factor)
         there = self.chain.posed(shape, load_factor + step)
+        self.chain.lend(load_factor + step)
         self.assemble(there, load_factor + step)
         ahead = self.gradient.copy()
+        self.chain.lend(load_factor)
         self.assemble(shape, load_factor)
         change = (ahead - self.gradient) / step
         self._hold()
@@ -176,12 +181,18 @@ class ChainBranch:
 
     def correct(self, shape: Shape, load_factor: float) -> load_path.Corrected[Shape] | None:
         """Return the equilibrium near a predicted shape, or None."""
-        shape = self.chain.posed(self.chain.lend(shape, load_factor), load_factor)
+        self.chain.lend(load_factor)
+        shape = self.chain.posed(shape, load_factor)
         found = self.newton(shape, load_factor, PATH_TOLERANCE)
         if found is None:
             return None
-        settled, turn, iterations = found
-        return load_path.Corrected(settled, turn, _sign(settled.unstable or 0), iterations)
+        settled, _, iterations = found
+        turn = max(float(np.max(np.abs(a - b))) for a, b in zip(settled.state[1:3], shape.state[1:3], strict=True))
+        if float(np.min(self.chain.stretch(settled))) < FLATTEST - 1.0:
+            return None
+        negative = settled.unstable or 0
+        index = None if self.general is not None else negative
+        return load_path.Corrected(settled, turn, _sign(negative), iterations, index)
 
 
 def _sign(negative: int) -> float:

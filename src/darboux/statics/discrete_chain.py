@@ -158,15 +158,17 @@ class Chain:
         )
         return shape._replace(state=posed)
 
-    def lend(self, shape: Shape, load_factor: float) -> Shape:
-        """Let an inextensible rod held at both ends stretch on the way, less and less; what pulls then becomes its T."""
+    def lend(self, load_factor: float) -> None:
+        """Let an inextensible rod held at both ends stretch on the way, less and less."""
+        if self.lent:
+            self.EA[:] = min(SLACK / max(1.0 - load_factor, 1e-12), self.penalty)
+
+    def taken_back(self, shape: Shape) -> Shape:
+        """Take back at the end what was lent: what pulled at a stretched edge becomes its multiplier T."""
         if not self.lent:
             return shape
-        self.inextensible = load_factor == 1.0
-        if self.inextensible:
-            shape = self.moved(shape, np.zeros(self.unknowns), 0.0)
-        self.EA[:] = min(SLACK / max(1.0 - load_factor, 1e-12), self.penalty)
-        return shape
+        self.inextensible = True
+        return self.moved(shape, np.zeros(self.unknowns), 0.0)
 
     def stretch(self, shape: Shape) -> Array:
         """Return by how much each edge is longer than at rest, relatively: (N,)."""

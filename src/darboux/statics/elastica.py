@@ -14,10 +14,11 @@ from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import elastica_closed_form, heavy_elastica
+from darboux.statics import elastica_closed_form, heavy_elastica, limits
 from darboux.statics.elastica_plane import NotPlanar, PlaneProblem, PlaneSolution, plane_of
 
 STATUS = {"converged": "converged", "folded": "folded"}
+LARGEST_LOAD = 1e13  # dimensionless
 CELLS = 2000  # of the grid on which the second variation is counted
 
 
@@ -53,7 +54,7 @@ class Elastica:
             plane_of(problem)
         except NotPlanar as refusal:
             return str(refusal)
-        return None
+        return limits.too_large(problem, "Elastica", LARGEST_LOAD)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium on the branch that starts at the unloaded rod.

@@ -230,7 +230,8 @@ def plane_of(problem: Equilibrium) -> PlaneProblem:
     tip = problem.end_load("start" if backwards else "end")
     R0, origin, tangent = clamp.R, np.array(clamp.position), sign * clamp.R[:, 2]
 
-    s = np.unique(np.concatenate([np.linspace(0.0, L, SAMPLES), problem.breaks]))
+    places = sorted({*problem.breaks, *problem.steep_places})
+    s = np.unique(np.concatenate([np.linspace(0.0, L, SAMPLES), places]))
     stiffness, loads, k0 = rod.stiffness(s), problem.distributed(s), L * rod.k0(s)
     EI = float(stiffness.EI1[0])
     data = SpaceData(
@@ -275,7 +276,7 @@ def plane_of(problem: Equilibrium) -> PlaneProblem:
         end_force=tip.force @ base * (L**2 / unit),
         end_moment=float(tip.moment @ normal) * (L / unit),
         end_pose=_end_pose(problem, normal, base, float(np.mean(data.bent @ normal))) if both_held else None,
-        breaks=tuple(sorted(b / L if sign > 0.0 else 1.0 - b / L for b in problem.breaks)),
+        breaks=tuple(sorted(b / L if sign > 0.0 else 1.0 - b / L for b in places)),
     )
 
 

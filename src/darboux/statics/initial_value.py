@@ -15,19 +15,18 @@ from numpy.typing import NDArray
 from darboux import checks, frames
 from darboux.checks import checked_call
 from darboux.errors import InvalidInput
-from darboux.kernels import dormand_prince
-from darboux.kernels.rod_equations import FORCE, MOMENT, STATES
+from darboux.kernels.rod_equations import FORCE, MOMENT
 from darboux.loads import EndForce, EndMoment
 from darboux.problem import Equilibrium
 from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution, Status
 from darboux.statics import coefficients
-from darboux.statics.coefficients import Scale, columns, slopes
+from darboux.statics.coefficients import Scale
+from darboux.statics.steps import accepted_steps, joined
 from darboux.supports import Clamped
 
 Array = NDArray[np.float64]
 
-MOST_STEPS = 100_000
 FAILED = {1: "it took too many steps", 2: "its step became too small", 3: "its numbers overflowed"}
 
 
@@ -40,7 +39,6 @@ def integrate(
     position: Any = (0.0, 0.0, 0.0),
     frame: Any = None,
     loads: Any = (),
-    points: int = 201,
     rtol: float = 1e-8,
     throw: bool = True,
 ) -> EquilibriumSolution:
@@ -50,13 +48,15 @@ def integrate(
 
     Arguments: ``rod``; ``k`` (3,) curvature and twist at s = 0 in 1/m, section's frame; ``n`` (3,) inner force at
     s = 0 in N, fixed frame; ``position`` (3,) in m; ``frame`` (3, 3), columns d1, d2, d3 (default d_i = e_i);
-    ``loads`` along the rod; ``points`` outputs, evenly spaced; ``rtol`` relative error per step; ``throw`` whether a
-    failure raises. Returns the equilibrium of the clamped rod that carries n and m of the curve's end as end loads.
+    ``loads`` along the rod; ``rtol`` relative error per step, 1e-13 to 1e-2; ``throw`` whether a failure raises. Returns
+    the equilibrium of the clamped rod that carries n and m of the curve's end as end loads; its nodes ``s`` are the
+    accepted steps, and it can be asked for any s.
     Raises ``InvalidInput`` and ``NotConverged`` (where the integration breaks down).
     Source: the paper, eqs. (14) and (17), in right-handed frames.
     """
-    points = checks.whole("integrate.points", points, 2)
     rtol = checks.positive("integrate.rtol", rtol)
+    if not 1e-13 <= rtol <= 1e-2:
+        raise InvalidInput(f"integrate.rtol is {rtol:g}; it must lie between 1e-13 and 1e-2.")
     clamp = Clamped(position=position) if frame is None else Clamped(position=position, frame=frame)
     problem = Equilibrium(rod, start=clamp, loads=loads)
     if any(load.place is not None for load in problem.loads):
@@ -69,22 +69,18 @@ def integrate(
     y0 = np.concatenate([np.zeros(3), frames.quaternion_of_matrix(clamp.R), force / scale.force, moment / scale.moment])
 
     began = time.perf_counter()
-    x = np.linspace(0.0, 1.0, points)
-    states = np.full(points * STATES, np.nan)
     data = (table.breaks, table.coefficients.ravel(), table.degree)
-    code, steps, rejected, evaluations = dormand_prince.integrate(y0, x, *data, rtol, 1e-2 * rtol, MOST_STEPS, states)
-    seconds = time.perf_counter() - began
-    y = states.reshape(points, STATES)
-    good = int(np.sum(np.cumprod(np.all(np.isfinite(y), axis=1))))
+    x, y, dy, code = accepted_steps(y0, 0.0, 1.0, data, rtol)
     status = Status("converged", "integrated from end to end.")
     if code != 0:
         status = Status(
             "no_convergence",
-            f"the integration stopped at s = {x[max(good - 1, 0)] * rod.length:.6g} m: {FAILED[code]}. "
-            "Start values this large wind the rod without end; check k and n, or solve a boundary value problem instead.",
+            f"the integration stopped at s = {x[-1] * rod.length:.6g} m: {FAILED[code]}. Start values or loads this large wind "
+            "the rod without end; check k, n and the units, or solve a boundary value problem instead.",
         )
-    x, y = x[: max(good, 2)], np.nan_to_num(y[: max(good, 2)])
-    curve = scale.curve(x, y, slopes(columns(problem, scale, x), y))
+        x, y, dy = (np.concatenate([part, part[-1:]]) for part in (x, y, dy))
+        x[-1] = 1.0  # beyond the stop the last state is kept
+    curve = scale.curve(*joined(x, y, dy))
     ends = [EndForce(curve.y[-1, FORCE:MOMENT]), EndMoment(curve.y[-1, MOMENT:])]
     solution = EquilibriumSolution(
         dataclasses.replace(problem, loads=(*problem.loads, *ends)),
@@ -92,6 +88,6 @@ def integrate(
         rod.model,
         status,
         curve,
-        statistics={"seconds": seconds, "steps": steps, "rejected": rejected, "evaluations": evaluations},
+        statistics={"seconds": time.perf_counter() - began, "steps": len(curve.s) - 1},
     )
     return solution.check() if throw else solution

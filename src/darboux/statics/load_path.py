@@ -1,10 +1,14 @@
 """Follow the equilibrium that starts at the unloaded rod while all loads and displacements grow together.
 
 Natural-parameter continuation in the load factor: a tangent predictor, Newton's corrector, a step that is chosen by
-how far the rod turns. A rod has many equilibria, and Newton's method from afar lands on any of them; here no section
-may turn by more than a fraction of a radian between one equilibrium and the next, and the corrector less than the
-predictor, so that the branch is not left unnoticed. Source: E. L. Allgower and K. Georg, Introduction to Numerical
-Continuation Methods (SIAM, 2003), ch. 6 and 8.
+how far the rod turns. A rod has many equilibria, and Newton's method from afar lands on any of them. Here no section
+may turn by more than a fraction of a radian between one equilibrium and the next, and the corrector must turn the rod
+by clearly less than the predictor did, however little that is: a rod that buckles from an almost straight shape is
+almost straight on either side of the buckling load, and only the direction of the step tells the two apart. Where the
+number of unstable directions (or the sign of the determinant) changes, the step is shortened until the change lies
+within a narrow span of the load; what is left then is a crossing of branches.
+
+Source: E. L. Allgower and K. Georg, Introduction to Numerical Continuation Methods (SIAM, 2003), ch. 6 and 8.
 """
 
 from __future__ import annotations
@@ -21,26 +25,35 @@ State = TypeVar("State")
 LARGEST_PREDICTED_TURN = 0.6  # rad between neighbouring equilibria
 LARGEST_CORRECTED_TURN = 0.3  # rad by which the corrector may move a predicted shape
 WANTED_CORRECTED_TURN = 0.1  # rad; the predictor's error grows with the square of the step
+LARGEST_SHARE = 0.5  # of the predicted turn that the corrector may make
+WANTED_SHARE = 0.35
+UNSEEN_TURN = 1e-5  # rad; below this a turn may be what the integration leaves over
+CROSSING_STEP = 1e-3  # of the load factor: a change of stability within this span is a crossing
 LARGEST_STEP = 0.25  # also where nothing turns: a straight column passes its buckling loads one by one
 SMALLEST_STEP = 1e-6  # of the load reached so far
 MOST_STEPS = 1000
+FOLD_SLOPE = 20.0  # rad per unit of load, over the load: a path that stops where it turns faster than this has met a fold
 
 
 @dataclass(frozen=True)
 class Corrected(Generic[State]):
-    """An equilibrium that Newton's method reached: the state, the largest turn it took, the Jacobian's sign."""
+    """An equilibrium that Newton's method reached: the state, the largest turn it took, the Jacobian's sign.
+
+    ``index`` is the number of unstable directions where it is counted, else None.
+    """
 
     state: State
     turn: float
     sign: float
     iterations: int
+    index: int | None = None
 
 
 class Branch(Protocol[State]):
     """What a method offers to be followed."""
 
-    def sign(self, state: State, load_factor: float) -> float:
-        """Return the sign of the Jacobian's determinant, or 0 where it is singular."""
+    def stability(self, state: State, load_factor: float) -> tuple[float, int | None]:
+        """Return the sign of the Jacobian's determinant, or 0 where it is singular, and the unstable directions if counted."""
 
     def tangent(self, state: State, load_factor: float) -> tuple[Array, float]:
         """Return the change of the state per unit of load factor, and the largest turn of a section in it (rad)."""
@@ -61,52 +74,69 @@ class Path(Generic[State]):
     steps: int = 0
     rejected: int = 0
     iterations: int = 0
-    crossings: list[tuple[float, float]] = field(default_factory=list)  # load factors between which the determinant
-    # of the Jacobian changed its sign
+    crossings: list[tuple[float, float]] = field(default_factory=list)  # load factors between which stability changed
+    index: int | None = None  # the unstable directions of the last equilibrium, where they are counted
+    slope: float = 0.0  # rad per unit of load factor, of the last tangent: without bound at a fold
 
 
 def follow(branch: Branch[State], state: State) -> Path[State]:
     """Follow the branch from load factor 0, where ``state`` is an equilibrium, to 1 or to where it ends."""
     path = Path(state, 0.0)
-    sign = branch.sign(state, 0.0)
+    sign, path.index = branch.stability(state, 0.0)
     step = first = LARGEST_STEP
     while path.load_factor < 1.0 and path.steps + path.rejected < MOST_STEPS:
         tangent, turn = branch.tangent(path.state, path.load_factor)
         if not np.isfinite(turn):
             return path
+        path.slope = turn
         step = min(step, LARGEST_STEP, 1.0 - path.load_factor, LARGEST_PREDICTED_TURN / max(turn, 1e-300))
         first = step if path.steps == 0 else first
         while True:
             last = step >= (1.0 - path.load_factor) * (1.0 - 1e-12)
             goal = 1.0 if last else path.load_factor + step
-            reached = branch.correct(branch.predict(path.state, tangent, goal - path.load_factor), goal)
-            if reached is not None and reached.turn <= LARGEST_CORRECTED_TURN:
-                break
+            ahead = goal - path.load_factor
+            reached = branch.correct(branch.predict(path.state, tangent, ahead), goal)
+            if reached is not None and reached.turn <= _allowed(turn * ahead):
+                changed = reached.sign * sign < 0.0 or reached.index != path.index
+                if not changed or ahead <= CROSSING_STEP:
+                    break
             path.rejected += 1
-            step *= 0.4 if reached is None else 0.6
+            step = ahead * (0.4 if reached is None else 0.6)
             if step < SMALLEST_STEP * max(path.load_factor, first):
                 return path
-        if reached.sign * sign < 0.0:
+        if changed:
             path.crossings.append((path.load_factor, goal))
-        sign = reached.sign
+        sign, path.index = reached.sign, reached.index
         path.state, path.load_factor = reached.state, goal
         path.steps += 1
         path.iterations += reached.iterations
-        step *= float(np.clip(np.sqrt(WANTED_CORRECTED_TURN / max(reached.turn, 1e-12)), 0.5, 4.0))
+        step *= _growth(turn * ahead, reached.turn)
     return path
+
+
+def _growth(predicted: float, corrected: float) -> float:
+    """Return the next step over this one; the corrector's turn grows with the square of the step."""
+    if corrected <= UNSEEN_TURN:
+        return 4.0
+    wanted = min(np.sqrt(WANTED_CORRECTED_TURN / corrected), WANTED_SHARE * predicted / corrected)
+    return float(np.clip(wanted, 0.5, 4.0))
+
+
+def _allowed(predicted: float) -> float:
+    """Return by how much the corrector may turn the rod after the predictor turned it by ``predicted`` rad."""
+    return min(LARGEST_CORRECTED_TURN, max(LARGEST_SHARE * predicted, UNSEEN_TURN))
 
 
 def ending(path: Path[State], method: str) -> tuple[str, str]:
     """Return the status code and the sentence for the way a path ended."""
     percent = f"{np.floor(1e4 * path.load_factor) / 100.0:.4g} %"
     if path.load_factor >= 1.0:
-        if not path.crossings:
-            return "converged", "converged: the equilibrium that follows from the unloaded rod."
-        where = " and ".join(f"between {100.0 * a:.3g} % and {100.0 * b:.3g} %" for a, b in path.crossings)
-        return "converged", (
-            f"converged: the equilibrium that follows from the unloaded rod; {where} of the load other equilibria branch "
-            "off it, and its stability changes."
-        )
+        message = "converged: the equilibrium that follows from the unloaded rod"
+        if path.crossings:
+            where = " and ".join(f"between {100.0 * a:.4g} % and {100.0 * b:.4g} %" for a, b in path.crossings)
+            message += f"; {where} of the load other equilibria branch off it, and its stability changes"
+        unstable = f" It is unstable: {path.index} direction(s) lower its energy." if path.index else ""
+        return "converged", f"{message}.{unstable}"
     if path.load_factor == 0.0:
         return "no_convergence", (
             f"{method} could not leave the unloaded rod: its equations are singular there, as for a straight inextensible "
@@ -117,7 +147,20 @@ def ending(path: Path[State], method: str) -> tuple[str, str]:
             f"{method} gave up after {MOST_STEPS} steps of the load, at {percent} of it: the rod turns too often on the way. "
             "The last equilibrium is in .solution; lower the load."
         )
+    if path.slope * path.load_factor < FOLD_SLOPE:
+        return "no_convergence", (
+            f"{method} found no equilibrium beyond {percent} of the load, and no fold there either. The last equilibrium is in "
+            ".solution; try another method or a finer one, or load in another order."
+        )
     return "folded", (
         f"the equilibrium that follows from the unloaded rod ends at {percent} of the load: beyond a fold the rod snaps to "
         f"another shape. The last equilibrium is in .solution; lower the load below {percent}, or load in another order."
+    )
+
+
+def flattened(path: Path[State]) -> str:
+    """Return the sentence for a rod that is compressed to nothing."""
+    return (
+        f"at {100.0 * path.load_factor:.4g} % of the load the rod is compressed to nothing: its stretch reaches 0. Its EA is too "
+        "small for the load; check both."
     )

@@ -10,7 +10,6 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +20,12 @@ from darboux.checks import assign, description
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.kernels import dormand_prince
-from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
+from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, SINV, STATES
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import coefficients, load_path
+from darboux.statics import coefficients, limits, load_path, stability
 from darboux.statics.coefficients import Scale
+from darboux.statics.steps import MOST_STEPS, Data, accepted_steps, joined
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
@@ -36,9 +36,10 @@ LARGEST_GROWTH = 20.0  # of an error over one piece; a piece that exceeds it is 
 PATH_RTOL = 1e-6  # on the way the branch must be kept, not measured
 FINER = 30.0  # how much more sharply the answer is solved once more, for its error
 SLACK = 1e-3  # compliance of stretch lent to an inextensible rod held at both ends while it is on the way
+LARGEST_LOAD = 3e8  # dimensionless
+FLATTEST = 0.05  # stretch below which a rod counts as compressed to nothing
+ROUNDING_STRAIN = 1e-14
 LOWER, UPPER = 19, 18  # bandwidths of the Newton matrix, see `_Pieces.shoot`
-MOST_STEPS = 100_000
-_Data = tuple[Array, Array, int]  # breaks, coefficients and degree of a table
 _R, _Q, _N, _M = slice(POSITION, ROTATION), slice(ROTATION, FORCE), slice(FORCE, MOMENT), slice(MOMENT, STATES)
 
 
@@ -70,7 +71,7 @@ class Shooting:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
-        return None
+        return limits.too_large(problem, "Shooting", LARGEST_LOAD)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium that follows from the unloaded rod; the status says whether the path got there."""
@@ -78,6 +79,9 @@ class Shooting:
         pieces = _Pieces(problem, self.pieces)
         with np.errstate(all="ignore"):  # a Newton step that leaves the numbers' range is rejected by the path
             path = load_path.follow(pieces, pieces.unloaded())
+            while path.load_factor == 0.0 and len(pieces.first) < FIRST_PIECES:  # a piece that is too long breaks down
+                pieces = _Pieces(problem, 2 * (len(pieces.first) - 1))
+                path = load_path.follow(pieces, pieces.unloaded())
             error = None
             nodes, converged = path.state, path.load_factor == 1.0
             if converged:
@@ -88,6 +92,8 @@ class Shooting:
                     error = float(np.max(np.linalg.norm(fine.y[:, :3] - coarse.y[:, :3], axis=1))) * problem.rod.length
                     nodes = fine
         code, message = load_path.ending(path, "Shooting")
+        if path.load_factor < 1.0 and pieces.flattest(nodes) < FLATTEST:
+            code, message = "no_convergence", load_path.flattened(path)
         if path.load_factor < 1.0 and len(nodes.x) > MOST_PIECES:
             code, message = (
                 "no_convergence",
@@ -112,8 +118,6 @@ class Shooting:
                     "Ask for a larger rtol."
                 ),
             )
-        if code == "converged" and path.crossings:
-            message += " DiscreteRod() counts its unstable directions."
         return EquilibriumSolution(
             problem,
             self,
@@ -121,6 +125,7 @@ class Shooting:
             Status(code, message),
             pieces.curve(nodes, path.load_factor, self.rtol / FINER),
             load_factor=path.load_factor,
+            index=path.index,
             error=ErrorEstimate(error),
             statistics={
                 "seconds": time.perf_counter() - began,
@@ -172,6 +177,9 @@ class _Pieces:
         self.first = np.linspace(0.0, 1.0, pieces + 1)
         both = problem.start.holds and problem.end.holds
         self.slack = SLACK if both and not problem.rod.stretch else 0.0
+        self.has_potential = stability.has_potential(problem)
+        softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
+        self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
         self.poses = {at: self._posed(support) for at, support in (("start", problem.start), ("end", problem.end))}
         self.loads = {at: problem.end_load(at) for at in ("start", "end")}
 
@@ -194,8 +202,9 @@ class _Pieces:
         self.natural_end = y[-1].copy()
         return _Nodes(self.first, y)
 
-    def _data(self, load_factor: float) -> _Data:
-        table = self.table.loaded(load_factor, self.slack * (1.0 - load_factor))
+    def _data(self, load_factor: float, compliance: float = 0.0) -> Data:
+        slack = max(self.slack * (1.0 - load_factor), 0.0 if self.problem.rod.stretch else compliance)
+        table = self.table.loaded(load_factor, slack)
         return table.breaks, table.coefficients.ravel(), table.degree
 
     # -- the end conditions, as conjugate pairs ------------------------------------------------------------------
@@ -276,26 +285,54 @@ class _Pieces:
         """Return nodes, last pass, the largest turn and the iterations of Newton's method; None unless it contracts."""
         turn, last = 0.0, np.inf
         y = nodes.y
+        floor = self.rounding / (1.0 + float(np.max(np.linalg.norm(y[:, _N], axis=1))))
         for iteration in range(1, most + 1):
             shot = self.shoot(_Nodes(nodes.x, y), load_factor, rtol)
             if shot is None:
                 return None
             change = -shot.solve(shot.residual).reshape(y.shape)
             size = _size(change, y)
-            if not np.isfinite(size) or size > max(0.5 * last, 10.0 * rtol):
+            if not np.isfinite(size) or size > max(0.5 * last, 10.0 * rtol, floor):
                 return None
             y = y + change
             turn += float(2.0 * np.max(np.linalg.norm(change[:, ROTATION:FORCE], axis=1)))
-            if size <= rtol:
-                return _Nodes(nodes.x, y), shot, turn, iteration
+            if size <= max(rtol, floor):
+                found = _Nodes(nodes.x, y)
+                return None if self.flattest(found) <= 0.0 else (found, shot, turn, iteration)
             last = size
         return None
 
+    def flattest(self, nodes: _Nodes) -> float:
+        """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 at the nodes."""
+        if not self.problem.rod.stretch:
+            return 1.0
+        R = frames.matrix_of_quaternion(nodes.y[:, _Q])
+        S = self.table(nodes.x)[:, SINV + np.array([4, 3, 2])]  # 13, 23, 33
+        return float(np.min(1.0 + np.einsum("ni,nji,nj->n", S, R, nodes.y[:, _N])))
+
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
-    def sign(self, state: _Nodes, load_factor: float) -> float:
+    def stability(self, state: _Nodes, load_factor: float) -> tuple[float, int | None]:
         shot = self.shoot(state, load_factor, PATH_RTOL)
-        return 0.0 if shot is None else shot.sign
+        return 0.0 if shot is None else shot.sign, self.index(state, load_factor)
+
+    def index(self, state: _Nodes, load_factor: float) -> int | None:
+        """Return the number of unstable directions; None where the loads have no potential."""
+        if not self.has_potential:
+            return None
+        force = float(np.max(np.linalg.norm(state.y[:, _N], axis=1)))
+        data = self._data(load_factor, stability.COMPLIANCE / (1.0 + force))
+        transfer = np.empty((len(state.x) - 1, STATES, STATES))
+        reached = np.empty(STATES)
+        for i in range(len(transfer)):
+            ends = (state.y[i], state.x[i], state.x[i + 1])
+            code, *_ = dormand_prince.integrate_sensitivity(
+                *ends, *data, PATH_RTOL, 1e-2 * PATH_RTOL, MOST_STEPS, reached, transfer[i].ravel()
+            )
+            if code != 0:
+                return None
+        held = (self.problem.start.holds, self.problem.end.holds)
+        return stability.unstable_directions(_by_turns(transfer, state.y), held, force)
 
     def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:
         """Solve J dy/d(load factor) = -dF/d(load factor), the right side by a difference of two passes."""
@@ -315,7 +352,8 @@ class _Pieces:
         if found is None:
             return None
         nodes, shot, turn, iterations = found
-        return load_path.Corrected(self._refined(nodes, shot.P, load_factor), turn, shot.sign, iterations)
+        refined = self._refined(nodes, shot.P, load_factor)
+        return load_path.Corrected(refined, turn, shot.sign, iterations, self.index(refined, load_factor))
 
     def _refined(self, nodes: _Nodes, P: Array, load_factor: float) -> _Nodes:
         """Halve the pieces that amplify an error too much."""
@@ -343,33 +381,11 @@ class _Pieces:
     def curve(self, nodes: _Nodes, load_factor: float, rtol: float) -> Curve:
         """Return every accepted step of a last integration of the pieces, in SI units."""
         data = self._data(load_factor)
-        inner = self.table.breaks[1:-1]
-        x, y, dy = [], [], []
-        for i in range(len(nodes.x) - 1):
-            cuts = [nodes.x[i], *inner[(inner > nodes.x[i]) & (inner < nodes.x[i + 1])], nodes.x[i + 1]]
-            state = nodes.y[i]
-            for a, b in pairwise(cuts):
-                steps = self._steps(state, a, b, data, rtol)
-                x.append(steps[0])
-                y.append(steps[1])
-                dy.append(steps[2])
-                state = steps[1][-1]
-        s, states, derivatives = np.concatenate(x), np.concatenate(y), np.concatenate(dy)
-        keep = np.ones(len(s), dtype=bool)  # where two pieces meet smoothly, one node is enough
-        smooth = np.max(np.abs(np.diff(derivatives, axis=0)), axis=1) <= 1e-6 * (1.0 + np.max(np.abs(derivatives)))
-        keep[1:] = (np.diff(s) > 0.0) | ~smooth
-        return self.scale.curve(s[keep], states[keep], derivatives[keep])
-
-    def _steps(self, y0: Array, a: float, b: float, data: _Data, rtol: float) -> tuple[Array, Array, Array]:
-        capacity = 256
-        while True:
-            x, y, dy = np.empty(capacity), np.empty((capacity, STATES)), np.empty((capacity, STATES))
-            code, count, *_ = dormand_prince.integrate_mesh(
-                y0, a, b, *data, rtol, 1e-2 * rtol, x, y.ravel(), dy.ravel()
-            )
-            if code != 1 or capacity > MOST_STEPS:
-                return x[:count], y[:count], dy[:count]
-            capacity *= 4
+        parts = [
+            accepted_steps(nodes.y[i], nodes.x[i], nodes.x[i + 1], data, rtol)[:3] for i in range(len(nodes.x) - 1)
+        ]
+        x, y, dy = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return self.scale.curve(*joined(x, y, dy))
 
 
 def _units(y: Array) -> Array:
@@ -382,6 +398,18 @@ def _size(change: Array, y: Array) -> float:
     """Return the largest change of a vector at a node, in those units."""
     scaled = change / _units(y)
     return max(float(np.max(np.linalg.norm(scaled[:, part], axis=1))) for part in (_R, _Q, _N, _M))
+
+
+def _by_turns(P: Array, y: Array) -> Array:
+    """Return the sensitivities (m, 13, 13) between nodes in the 12 numbers dr, theta, dn, dm: dq = 1/2 (0, theta) q."""
+    change = np.zeros((len(y), STATES, 12))
+    turn = np.zeros((len(y), 12, STATES))
+    T = np.array([_turn_matrix(q / np.linalg.norm(q)) for q in y[:, _Q]])
+    for here, there in ((_R, slice(0, 3)), (_N, slice(6, 9)), (_M, slice(9, 12))):
+        change[:, here, there] = turn[:, there, here] = np.eye(3)
+    turn[:, 3:6, _Q] = T
+    change[:, _Q, 3:6] = 0.25 * T.transpose(0, 2, 1)
+    return np.asarray(turn[1:] @ P @ change[:-1])
 
 
 def _turn_matrix(q: Array) -> Array:
