@@ -125,7 +125,7 @@ class Equilibrium:
         """The arc lengths in m at which a load, a stiffness or the natural shape jumps or nearly does, to L / 2048."""
         if self.uniform:
             return ()
-        s = (np.arange(STEEP_SAMPLES) + 0.5) * (self.rod.length / STEEP_SAMPLES)
+        s: Array = (np.arange(STEEP_SAMPLES, dtype=float) + 0.5) * (self.rod.length / STEEP_SAMPLES)
         columns = self._columns(s)
         largest = np.max(np.abs(columns), axis=0)
         unit = np.where(largest > 0.0, largest, 1.0)

@@ -46,7 +46,9 @@ class Table:
             )
         if not np.all(np.isfinite(values)):
             place = int(np.argmax(~np.isfinite(values.reshape(len(s), -1)).all(axis=1)))
-            raise InvalidInput(f"Table.values is not finite at s = {s[place]:g} m (row {place}); mend or leave out that row.")
+            raise InvalidInput(
+                f"Table.values is not finite at s = {s[place]:g} m (row {place}); mend or leave out that row."
+            )
         nested = tuple(map(tuple, values.tolist())) if values.ndim == 2 else tuple(values.tolist())
         assign(self, s=tuple(s.tolist()), values=nested)
 

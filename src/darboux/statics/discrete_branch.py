@@ -91,7 +91,9 @@ class ChainBranch:
     ) -> tuple[Shape, float, int] | None:
         """Newton's method: downhill with a positive definite Hessian all the way where ``stable``, else undamped."""
         turned, last, parts = 0.0, np.inf, np.empty(4)
-        near = SETTLING if load_factor == self.came_from else PATH_TOLERANCE  # below this a change need not contract at once
+        near = (
+            SETTLING if load_factor == self.came_from else PATH_TOLERANCE
+        )  # below this a change need not contract at once
         for iteration in range(1, MOST_ITERATIONS + 1):
             self.iterations += 1
             energy = self.assemble(shape, load_factor)

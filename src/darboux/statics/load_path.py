@@ -29,10 +29,13 @@ LARGEST_SHARE = 0.5  # of the predicted turn that the corrector may make
 WANTED_SHARE = 0.35
 UNSEEN_TURN = 1e-5  # rad; below this a turn may be what the integration leaves over
 CROSSING_STEP = 1e-3  # of the load factor: a change of stability within this span is a crossing
+LATER_CROSSING_STEP = 0.02  # the same, once the rod is known to be unstable
 LARGEST_STEP = 0.25  # also where nothing turns: a straight column passes its buckling loads one by one
 SMALLEST_STEP = 1e-6  # of the load reached so far
 MOST_STEPS = 1000
-FOLD_SLOPE = 20.0  # rad per unit of load, over the load: a path that stops where it turns faster than this has met a fold
+FOLD_SLOPE = (
+    20.0  # rad per unit of load, over the load: a path that stops where it turns faster than this has met a fold
+)
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,7 @@ def follow(branch: Branch[State], state: State) -> Path[State]:
             reached = branch.correct(branch.predict(path.state, tangent, ahead), goal)
             if reached is not None and reached.turn <= _allowed(turn * ahead):
                 changed = reached.sign * sign < 0.0 or reached.index != path.index
-                if not changed or ahead <= CROSSING_STEP:
+                if not changed or ahead <= (LATER_CROSSING_STEP if path.index else CROSSING_STEP):
                     break
             path.rejected += 1
             step = ahead * (0.4 if reached is None else 0.6)
