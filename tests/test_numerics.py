@@ -61,7 +61,7 @@ def test_an_edge_that_turns_keeps_its_length(angle: float) -> None:
     step = np.zeros(7)
     step[4], step[6] = 2.0 * angle, 0.0
     turned = np.empty(7)
-    discrete_rod.turning_step(x, l, step, 1.0, False, True, False, turned)
+    discrete_rod.turning_step(x, l, step, 1.0, False, True, False, 0, turned)
     end = x[3:] + turned[4:]
     np.testing.assert_allclose(end, 2.0 * np.array([np.sin(angle), 0.0, np.cos(angle)]), rtol=1e-15, atol=1e-30)
 
@@ -74,7 +74,7 @@ def test_a_turning_step_agrees_with_the_straight_one_to_first_order() -> None:
     for scale in (1e-2, 1e-3):
         for held in ((True, False), (False, True), (True, True)):
             turned = np.empty(19)
-            discrete_rod.turning_step(x, l, step, scale, False, *held, turned)
+            discrete_rod.turning_step(x, l, step, scale, False, *held, 0, turned)
             if held[0]:
                 np.testing.assert_allclose(turned[:3], scale * step[:3])
             if held[1]:

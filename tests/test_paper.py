@@ -11,10 +11,13 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 import darboux as dx
+from darboux.paper import cases as paper_cases
+from darboux.paper import results
 from darboux.paper.run import PART_OF, run
 
 ROOT = Path(__file__).parent.parent
@@ -170,3 +173,21 @@ def test_the_two_commands_on_a_clean_copy(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     assert (copy / "paper-figures" / "figure6.png").exists()
     assert "passed" in done.stdout
+
+
+def test_figure_7_starts_from_the_printed_curvature() -> None:
+    """Printed k = (0, 2, 0.1) in the left-handed triad: (0, -2, 0.1) in ours; and the drawn tips hang below the clamp."""
+    part = results.figure7()
+    for orientation in ("vertical", "horizontal"):
+        np.testing.assert_allclose(part.solutions[f"a.{orientation}"].k(0.0), (0.0, -2.0, 0.1), atol=1e-12)
+        np.testing.assert_allclose(part.solutions[f"b.{orientation}.natural"].k(0.0), (0.0, 2.0, 0.1), atol=1e-12)
+
+
+def test_drifts_and_differences_are_the_largest_not_the_smallest() -> None:
+    drift = results.invariants().numbers["invariants"]
+    assert all(1e-17 < drift[name] < 1e-9 for name in ("m_plus_r_cross_n", "m_dot_n", "m_dot_d3"))
+    assert 1e-15 < results.conventions().numbers["conventions"]["max_difference"] < 1e-9
+
+
+def test_turns_per_second_are_turns() -> None:
+    assert paper_cases.rotating(2.0).loads[1].omega == pytest.approx((0.0, 0.0, 4.0 * np.pi))

@@ -613,14 +613,23 @@ def chain_frames(kappa: Array, q: Array) -> None:
 
 @jit
 def turning_step(
-    x: Array, l: Array, step: Array, scale: float, inextensible: bool, start: bool, end: bool, turned: Array
+    x: Array,
+    l: Array,
+    step: Array,
+    scale: float,
+    inextensible: bool,
+    start: bool,
+    end: bool,
+    frozen: int,
+    turned: Array,
 ) -> None:
     """The packed step that turns edges where `step`, times `scale`, moves their ends along straight lines.
 
         e -> (|e| + t.de) (cos|w| t + sin|w| w / |w|),   w = P de / |e|
 
     It agrees with `step` to first order, but does not stretch an edge that turns; an inextensible rod's edges get
-    their rest length l. Vertices are joined from the held end; where both are held the gap is shared by all edges.
+    their rest length l. Vertices are joined from the held end; where both are held the gap is shared by all
+    edges but the ``frozen`` (0 or 1) at either end, which are part of their clamps.
     """
     edges = l.size
     for q in range(3):
@@ -641,7 +650,7 @@ def turning_step(
         return
     gap = mix(scale, vector(step, 4 * edges), -1.0, vector(turned, 4 * edges))
     for j in range(edges + 1):
-        share = j / edges if start else 1.0
+        share = min(max((j - frozen) / max(edges - 2 * frozen, 1), 0.0), 1.0) if start else 1.0
         store(turned, 4 * j, mix(1.0, vector(turned, 4 * j), share, gap))
 
 

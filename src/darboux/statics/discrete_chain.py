@@ -123,7 +123,8 @@ class Chain:
         """Return the shape after a step; edges turn rather than shear, and multipliers take up an inextensible rod's."""
         x, t, _, _ = shape.state
         turned = np.empty_like(step)
-        discrete_rod.turning_step(x, self.l, step, scale, self.inextensible, *self.held, turned)
+        frozen = 1 if self.two_vertices else 0
+        discrete_rod.turning_step(x, self.l, step, scale, self.inextensible, *self.held, frozen, turned)
         new = _advanced(shape.state, turned)
         T = shape.T
         if self.inextensible:

@@ -80,7 +80,7 @@ def integrate(
         )
         x, y, dy = (np.concatenate([part, part[-1:]]) for part in (x, y, dy))
         x[-1] = 1.0  # beyond the stop the last state is kept
-    curve = scale.curve(*joined(x, y, dy))
+    curve = scale.curve(*joined(x, y, dy, np.array(problem.breaks) / rod.length))
     ends = [EndForce(curve.y[-1, FORCE:MOMENT]), EndMoment(curve.y[-1, MOMENT:])]
     solution = EquilibriumSolution(
         dataclasses.replace(problem, loads=(*problem.loads, *ends)),

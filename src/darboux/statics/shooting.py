@@ -385,7 +385,8 @@ class _Pieces:
             accepted_steps(nodes.y[i], nodes.x[i], nodes.x[i + 1], data, rtol)[:3] for i in range(len(nodes.x) - 1)
         ]
         x, y, dy = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return self.scale.curve(*joined(x, y, dy))
+        knots = np.array(self.problem.breaks) / self.scale.length
+        return self.scale.curve(*joined(x, y, dy, knots))
 
 
 def _units(y: Array) -> Array:

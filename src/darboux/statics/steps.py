@@ -41,9 +41,9 @@ def _smooth_steps(y0: Array, a: float, b: float, data: Data, rtol: float) -> tup
         capacity *= 4
 
 
-def joined(x: Array, y: Array, dy: Array) -> tuple[Array, Array, Array]:
-    """Return the nodes without those that stand twice although nothing jumps there."""
+def joined(x: Array, y: Array, dy: Array, knots: Array) -> tuple[Array, Array, Array]:
+    """Return the nodes without those that stand twice although nothing jumps there; at knots of the data they stay."""
     keep = np.ones(len(x), dtype=bool)
     smooth = np.max(np.abs(np.diff(dy, axis=0)), axis=1) <= 1e-6 * (1.0 + np.max(np.abs(dy)))
-    keep[1:] = (np.diff(x) > 0.0) | ~smooth
+    keep[1:] = (np.diff(x) > 0.0) | ~smooth | np.isin(x[1:], knots)
     return x[keep], y[keep], dy[keep]
