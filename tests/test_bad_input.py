@@ -105,6 +105,7 @@ MISTAKES = {
     "number beyond floats": (lambda: dx.Rod(10**400, dx.Circle(1e-3), RUBBER), ["rod.length"]),
     "force beyond floats": (lambda: dx.EndForce((10**400, 0, 0)), ["end_force.force"]),
     "scalar for a vector": (lambda: dx.Gravity(9.81), ["gravity.g", "9.81", "3 numbers"]),
+    "radius in millimetres": (lambda: dx.Rod(0.25, dx.Circle(1.0), RUBBER), ["1.77 m thick", "0.25 m long", "1 mm is 1e-3"]),
     "vanishing section": (lambda: dx.Rod(1, dx.Circle(1e-90), RUBBER), ["EI1", "unit"]),
     "G without a Poisson's ratio": (lambda: dx.Material(E=1e6, G=1e5), ["material.G", "Stiffness"]),
     "stiffnesses by place": (lambda: dx.Stiffness(1.0, 1.0), ["Stiffness", "EI1"]),

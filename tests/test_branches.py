@@ -162,3 +162,25 @@ def test_comparison_says_when_a_coarse_method_found_another_equilibrium() -> Non
     ours, other = dx.solve(column(30.0, tilt=0.05)), dx.solve(column(30.0, tilt=-0.05), dx.DiscreteRod(50))
     reference = Entry(ours, distance(ours, ours), None, 0.0)
     assert "different equilibria" in _sentence(Entry(other, distance(other, ours), -0.01, 0.0), reference)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=str)
+def test_a_straight_rod_pushed_along_itself_is_refused_in_words(method: object) -> None:
+    """It would stay straight on its branch, which an inextensible rod can't: no answer may be called converged."""
+    pushed = dx.Equilibrium(UNIT, end=dx.Clamped(position=(0, 0, 0.8)))
+    solution = dx.solve(pushed, method, throw=False)
+    assert not solution.converged
+    assert "across" in solution.status.message
+
+
+def test_a_straight_rod_held_taut_has_no_determined_tension() -> None:
+    laid = dx.Equilibrium(UNIT, end=dx.Clamped(position=(0, 0, 1.0)))
+    for problem in (laid, laid.with_load(dx.Gravity((1, 0, 0)))):
+        assert "taut" in dx.solve(problem, throw=False).status.message
+
+
+def test_the_order_between_two_clamps_is_that_of_the_centreline() -> None:
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7))
+    between = dx.Equilibrium(rod, end=dx.Clamped(position=(0.4, 0, 0.6), tangent=(1, 0, 0)))
+    order = dx.compare(between, [dx.Shooting(), dx.DiscreteRod(50)]).entries[1].order
+    assert order == pytest.approx(2.0, abs=0.1)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 401  # points along s at which centrelines are held against each other
 SAME = 1e-6  # two continuous answers closer than this, relative to L, are the same curve
+ROUNDING = 1e-11  # over L
 ANOTHER = 0.02  # a continuous answer further off than this is another equilibrium, or not solved
 
 
@@ -93,7 +94,7 @@ class Comparison:
             box=box.SIMPLE_HEAD,
             padding=(0, 1, 0, 0),
         )
-        table.add_column("method", overflow="fold")
+        table.add_column("method", overflow="fold", min_width=16)
         for column in ("max |dr|/L", "tip |dr|/L", "moments", "energy", "order", "time"):
             table.add_column(column, justify="right", no_wrap=True)
         for i, entry in enumerate(self.entries):
@@ -123,7 +124,7 @@ def compare(
 ) -> Comparison:
     """Solve one problem by several methods and say by how much they agree.
 
-        max |dr| / L = max_s |r_i(s) - r_ref(s)| / L,   order = log2(e(N) / e(2 N)), e the tip's distance from the reference
+        max |dr| / L = max_s |r_i(s) - r_ref(s)| / L,   order = log2(e(N) / e(2 N)), e(N) the first of these
 
     Arguments: ``problem`` an ``Equilibrium``; ``methods`` two or more methods; ``unlike_models`` "refuse", or "mark" to
     let a method that can't state the problem's stretch or shear solve it without, which the table and the verdict then
@@ -227,11 +228,11 @@ def _trust(solution: EquilibriumSolution, problem: Equilibrium) -> tuple[bool, b
 def _order(
     method: Any, problem: Equilibrium, solution: EquilibriumSolution, reference: EquilibriumSolution
 ) -> float | None:
-    """Return the order by which the tip closes in on the reference when the resolution is doubled."""
+    """Return the order by which the centreline closes in on the reference when the resolution is doubled."""
     if not hasattr(method, "refined") or solution.model != reference.model or not solution.converged:
         return None
     finer = method.refined(2).solve(problem)
-    coarse, fine = (float(np.linalg.norm(answer.tip - reference.tip)) for answer in (solution, finer))
-    if not finer.converged or fine <= 0.0 or coarse <= 0.0:
+    coarse, fine = (distance(answer, reference).centreline for answer in (solution, finer))
+    if not finer.converged or fine <= ROUNDING:  # nothing is left that could close in
         return None
     return float(np.log2(coarse / fine))

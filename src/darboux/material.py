@@ -20,8 +20,8 @@ class Material:
 
     E: float
     nu: float | None = None
-    G: float | None = None
     density: float | None = None
+    G: float | None = None
 
     def __post_init__(self) -> None:
         E = checks.positive("material.E", self.E, "Pa")

@@ -17,6 +17,7 @@ from darboux.section import Section, SectionStiffness
 
 Array = NDArray[np.float64]
 
+THICKEST = 4.0  # times as thick as long: surely a mistaken unit
 SMALLEST_STIFFNESS, LARGEST_STIFFNESS = 1e-60, 1e60  # N m^2
 
 
@@ -57,7 +58,16 @@ class Rod:
             natural = profile.frozen(natural)
         assign(self, length=length, natural=natural, stretch=bool(self.stretch), shear=bool(self.shear))
         self._check_ends()
+        self._check_thickness()
         self._check_stiffness(self.stiffness(np.linspace(0.0, length, 17)))
+
+    def _check_thickness(self) -> None:
+        area = self.section.outer_area(np.linspace(0.0, self.length, 17))
+        if area is not None and np.max(np.sqrt(area)) > THICKEST * self.length:
+            raise InvalidInput(
+                f"the section is about {np.max(np.sqrt(area)):.3g} m thick, but the rod is {self.length:g} m long; a rod is longer "
+                "than thick. Check the unit of the section's dimensions: metres, so 1 mm is 1e-3."
+            )
 
     def _check_ends(self) -> None:
         values = [self.natural, *(getattr(self.section, name) for name in self.section.profiles())]

@@ -58,6 +58,10 @@ class Section:
         """Return the geometry at s (n,), for Poisson's ratio nu."""
         raise NotImplementedError
 
+    def outer_area(self, s: Array) -> Array | None:
+        """Return the area in m^2 inside the outline at s (n,), or None where the section has no shape."""
+        return self.geometry(s, 0.0).A
+
     def stiffness(self, s: Array, material: Material | None) -> SectionStiffness:
         """Return E I1, E I2, G J, E A, G A1, G A2 and rho A at s (n,)."""
         if material is None:
@@ -138,6 +142,9 @@ class Tube(Section):
                 f"section.inner_radius is {inner[place]:g} m, but section.outer_radius is {outer[place]:g} m; "
                 "the inner radius must be the smaller."
             )
+
+    def outer_area(self, s: Array) -> Array:
+        return np.asarray(np.pi * self.profiles()["outer_radius"](s) ** 2)
 
     def geometry(self, s: Array, nu: float) -> SectionGeometry:
         outer, inner = (p(s) for p in self.profiles().values())
@@ -254,6 +261,9 @@ class Stiffness(Section):
             for name, unit in units.items()
             if getattr(self, name) is not None
         }
+
+    def outer_area(self, s: Array) -> None:
+        return None
 
     def stiffness(self, s: Array, material: Material | None) -> SectionStiffness:
         values = {name: p(s) for name, p in self.profiles().items()}

@@ -210,6 +210,9 @@ class EquilibriumSolution:
         )
         return Energy(bending, twist, stretch, self.load_factor * (load - ends))
 
+    def __repr__(self) -> str:
+        return f"<EquilibriumSolution by {self.method}: {self.status.code}, tip {_vector(self.tip)} m>"
+
     def __str__(self) -> str:
         s = np.linspace(0.0, self.problem.rod.length, 401)
         moment = np.linalg.norm(self.m(s), axis=1)

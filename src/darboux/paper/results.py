@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import comparison, frames
-from darboux.loads import Gravity
+from darboux.loads import EndForce, Gravity
 from darboux.paper import cases
 from darboux.paper.equations import FLIP, PaperRod, integrate_as_printed
 from darboux.problem import Equilibrium
@@ -21,6 +21,7 @@ from darboux.statics.discrete import CLAMPS, DiscreteRod
 from darboux.statics.elastica import Elastica
 from darboux.statics.initial_value import integrate
 from darboux.statics.shooting import Shooting
+from darboux.statics.solve import solve
 
 Array = NDArray[np.float64]
 SEGMENTS = tuple(2**i for i in range(3, 11))  # 8 ... 1024
@@ -34,6 +35,16 @@ class Part:
     solutions: dict[str, EquilibriumSolution] = field(default_factory=dict)
     comparisons: dict[str, comparison.Comparison] = field(default_factory=dict)
     data: dict[str, Any] = field(default_factory=dict)
+
+
+def compile_kernels() -> None:
+    """Solve a small rod by every method, so that the times of the comparison hold no compiling."""
+    for stretch in (False, True):
+        small = Equilibrium(
+            Rod(1.0, Stiffness(EI1=1.0, GJ=1.0, EA=1e3), stretch=stretch), loads=[EndForce((0.1, 0.0, 0.0))]
+        )
+        for method in (Shooting(), DiscreteRod(4), *([] if stretch else [Elastica()])):
+            solve(small, method)
 
 
 def geometry() -> Part:

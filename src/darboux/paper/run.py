@@ -45,6 +45,7 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
         from darboux.paper import pictures, results
         from darboux.view import style
 
+        results.compile_kernels()
         for name in names:
             title, compute = results.PARTS[name]
             progress.update(task, description=title)
@@ -55,6 +56,7 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
                 with _written(out / f"{stem}.png"):
                     style.save(figure, out, stem, DPI)
             progress.advance(task)
+    numbers = _kept(out / "paper.json") | numbers if only else numbers
     numbers["seconds"] = time.perf_counter() - began
     _write(out / "paper.json", json.dumps(numbers, indent=2, allow_nan=False) + "\n")
     for model, found in comparisons.items():
@@ -75,6 +77,15 @@ def _make_folder(out: Path) -> None:
         raise InvalidInput(
             f"--out is {str(out)!r}, which can't be written ({error.strerror}); choose a folder of yours, as in --out my-figures."
         ) from None
+
+
+def _kept(path: Path) -> dict[str, Any]:
+    """Return the numbers that an earlier run of this version wrote, so that a part alone does not lose the others."""
+    try:
+        found = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) and found.get("version") == __version__ else {}
 
 
 def _write(path: Path, text: str) -> None:

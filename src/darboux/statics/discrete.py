@@ -23,6 +23,7 @@ from darboux.statics.discrete_chain import Chain, nodes_along
 
 CLAMPS = ("half_cell", "two_vertices")
 LARGEST_LOAD = 3e8  # dimensionless
+INEXTENSIBLE = 1e-6  # relative stretch that multipliers leave at most
 FLATTEST = 0.05  # an edge shorter than this, over its rest length, is compressed to nothing
 
 
@@ -97,6 +98,12 @@ class DiscreteRod:
                 if settled is None:
                     code, message = "no_convergence", "Newton's method did not settle at full load; try fewer segments."
                 shape = settled or shape
+            if (
+                path.load_factor == 1.0
+                and not problem.rod.stretch
+                and np.max(np.abs(chain.stretch(shape))) > INEXTENSIBLE
+            ):
+                code, message = "no_convergence", limits.PUSHED
             index = branch.index(shape, path.load_factor)
             branch.assemble(shape, path.load_factor)
         if path.load_factor < 1.0 and problem.rod.stretch and float(np.min(chain.stretch(shape))) < FLATTEST - 1.0:

@@ -19,6 +19,7 @@ from darboux.statics.elastica_plane import NotPlanar, PlaneProblem, PlaneSolutio
 
 STATUS = {"converged": "converged", "folded": "folded"}
 LARGEST_LOAD = 1e13  # dimensionless
+ROUNDING = 2e-15  # no error below this is claimed
 CELLS = 2000  # of the grid on which the second variation is counted
 
 
@@ -72,7 +73,9 @@ class Elastica:
             status=Status(STATUS.get(found.code, "no_convergence"), message(found, unstable, self.rtol)),
             curve=plane.curve(found),
             load_factor=found.load,
-            error=ErrorEstimate(tip=found.error * problem.rod.length if np.isfinite(found.error) else None),
+            error=ErrorEstimate(
+                tip=max(found.error, ROUNDING) * problem.rod.length if np.isfinite(found.error) else None
+            ),
             statistics={**found.statistics, "crossings": found.crossings, "unstable_in_plane": unstable},
         )
 

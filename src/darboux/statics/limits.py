@@ -6,6 +6,39 @@ import numpy as np
 
 from darboux.problem import Equilibrium
 
+PUSHED = (
+    "the rod is straight, inextensible and held at both ends, and nothing bends it to a side: pushed together it stays straight "
+    "on its branch, which it can't do without stretch. Bend it a little by a small load across, or set stretch=True."
+)
+TAUT = (
+    "the rod is straight, inextensible and held at both ends as far apart as it is long: it is taut, its tension is not "
+    "determined, and grows without bound under a load across. Move the ends closer, or set stretch=True."
+)
+SAME = 1e-12  # relative: two places or directions are one
+
+
+def straight(problem: Equilibrium) -> str | None:
+    """Return why an inextensible, straight rod between two clamps has no solution that could be followed, or None."""
+    rod, start, end = problem.rod, problem.start, problem.end
+    s = np.linspace(0.0, rod.length, 33)
+    if rod.stretch or not (start.holds and end.holds) or np.any(rod.k0(s)):
+        return None
+    tangent = start.R[:, 2]
+    chord = (np.array(end.position) - np.array(start.position)) / rod.length
+    along = float(chord @ tangent)
+    if np.linalg.norm(chord - along * tangent) > SAME or np.linalg.norm(end.R[:, 2] - tangent) > SAME:
+        return None
+    loads = problem.distributed(s)
+    r = np.array(start.position) + s[:, None] * along * tangent
+    force, couple = (
+        loads.force(r, np.broadcast_to(start.R, (len(s), 3, 3))),
+        loads.couple(np.broadcast_to(start.R, (len(s), 3, 3))),
+    )
+    across = np.max(np.abs(np.cross(force, tangent))) > 0.0 or np.max(np.abs(np.cross(couple, tangent))) > 0.0
+    if along >= 1.0 - SAME:
+        return TAUT
+    return None if across else PUSHED
+
 
 def too_large(problem: Equilibrium, method: str, limit: float) -> str | None:
     """Return the sentence for loads larger than ``limit`` times EI / L^2 (a moment: EI / L), or None."""

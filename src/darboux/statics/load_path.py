@@ -136,8 +136,12 @@ def ending(path: Path[State], method: str) -> tuple[str, str]:
     if path.load_factor >= 1.0:
         message = "converged: the equilibrium that follows from the unloaded rod"
         if path.crossings:
-            where = " and ".join(f"between {100.0 * a:.4g} % and {100.0 * b:.4g} %" for a, b in path.crossings)
-            message += f"; {where} of the load other equilibria branch off it, and its stability changes"
+            a, b = path.crossings[0]
+            later = f", and {len(path.crossings) - 1} times later on" if len(path.crossings) > 1 else ""
+            message += (
+                f"; between {100.0 * a:.4g} % and {100.0 * b:.4g} % of the load{later} other equilibria branch off it, and its "
+                "stability changes"
+            )
         unstable = f" It is unstable: {path.index} direction(s) lower its energy." if path.index else ""
         return "converged", f"{message}.{unstable}"
     if path.load_factor == 0.0:

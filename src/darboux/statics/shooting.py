@@ -76,10 +76,12 @@ class Shooting:
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium that follows from the unloaded rod; the status says whether the path got there."""
         began = time.perf_counter()
-        pieces = _Pieces(problem, self.pieces)
+        pieces, straight = _Pieces(problem, self.pieces), limits.straight(problem)
         with np.errstate(all="ignore"):  # a Newton step that leaves the numbers' range is rejected by the path
-            path = load_path.follow(pieces, pieces.unloaded())
-            while path.load_factor == 0.0 and len(pieces.first) < FIRST_PIECES:  # a piece that is too long breaks down
+            path = load_path.Path(pieces.unloaded(), 0.0) if straight else load_path.follow(pieces, pieces.unloaded())
+            while (
+                path.load_factor == 0.0 and not straight and len(pieces.first) < FIRST_PIECES
+            ):  # a piece that is too long breaks down
                 pieces = _Pieces(problem, 2 * (len(pieces.first) - 1))
                 path = load_path.follow(pieces, pieces.unloaded())
             error = None
@@ -110,6 +112,8 @@ class Shooting:
                     "bound. Give it a side to bend to by a small load, or set stretch=True."
                 ),
             )
+        if straight:
+            code, message = "no_convergence", straight
         if path.load_factor == 1.0 and not converged:
             code, message = (
                 "no_convergence",
