@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -96,7 +97,18 @@ class Rod:
 
     def stiffness(self, s: Array) -> SectionStiffness:
         """Return the section's stiffnesses and mass per length at s (n,)."""
+        if self._same_section:
+            one: Any = vars(self._first_section).values()
+            return SectionStiffness(*(None if value is None else np.full(len(s), value[0]) for value in one))
         return self.section.stiffness(np.asarray(s, dtype=float), self.material)  # type: ignore[no-any-return]
+
+    @cached_property
+    def _same_section(self) -> bool:
+        return all(p.constant for p in self.section.profiles().values())
+
+    @cached_property
+    def _first_section(self) -> SectionStiffness:
+        return self.section.stiffness(np.zeros(1), self.material)  # type: ignore[no-any-return]
 
     def k0(self, s: Array) -> Array:
         """Return the natural curvature and twist at s (n,): (n, 3) in 1/m, section's frame."""
@@ -137,7 +149,7 @@ class Rod:
     @property
     def uniform(self) -> bool:
         """True where neither the section nor the natural shape varies along s."""
-        return not callable(self.natural) and all(p.constant for p in self.section.profiles().values())
+        return not callable(self.natural) and self._same_section
 
     @property
     def breaks(self) -> tuple[float, ...]:

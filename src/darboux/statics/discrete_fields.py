@@ -39,7 +39,6 @@ def elastic_parts(chain: Chain, shape: Shape, load_factor: float) -> tuple[float
     """
     parts = np.empty(4)
     discrete_rod.energy(shape.state, chain.elasticity(shape.T), chain.loads(0.0), parts)
-    c = coefficients.columns(chain.problem, chain.scale, chain.nodes)
     t, d1 = (part.reshape(-1, 3) for part in shape.state[1:3])
     for spring, at, vertex, edge in ((0, "start", 0, 1), (1, "end", -1, -2)):
         held, moment = chain.held[spring], chain.problem.end_load(at).moment
@@ -47,7 +46,8 @@ def elastic_parts(chain: Chain, shape: Shape, load_factor: float) -> tuple[float
             R = np.column_stack([d1[edge], np.cross(t[edge], d1[edge]), t[edge]])
             M = R.T @ (load_factor * moment / chain.scale.moment)
             half = 0.25 * chain.l[vertex]
-            k = symmetric(c[vertex, BINV : BINV + 6][None])[0] @ M
+            c = coefficients.columns(chain.problem, chain.scale, chain.nodes[[vertex]])
+            k = symmetric(c[:, BINV : BINV + 6])[0] @ M
             parts[:2] += half * (M[:2] @ k[:2]), half * M[2] * k[2]
     bending, twist, stretch = (float(part) * chain.scale.moment for part in parts[:3])
     return bending, twist, 0.0 if chain.inextensible else stretch
