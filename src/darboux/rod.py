@@ -98,8 +98,10 @@ class Rod:
     def stiffness(self, s: Array) -> SectionStiffness:
         """Return the section's stiffnesses and mass per length at s (n,)."""
         if self._same_section:
-            one: Any = vars(self._first_section).values()
-            return SectionStiffness(*(None if value is None else np.full(len(s), value[0]) for value in one))
+            one: dict[str, Any] = vars(self._first_section)
+            return SectionStiffness(
+                **{k: None if value is None else np.full(len(s), value[0]) for k, value in one.items()}
+            )
         return self.section.stiffness(np.asarray(s, dtype=float), self.material)  # type: ignore[no-any-return]
 
     @cached_property
