@@ -98,10 +98,11 @@ class Rod:
     def stiffness(self, s: Array) -> SectionStiffness:
         """Return the section's stiffnesses and mass per length at s (n,)."""
         if self._same_section:
-            one: dict[str, Any] = vars(self._first_section)
-            return SectionStiffness(
-                **{k: None if value is None else np.full(len(s), value[0]) for k, value in one.items()}
-            )
+            same: Any = {
+                name: None if value is None else np.full(len(s), value[0])
+                for name, value in vars(self._first_section).items()
+            }
+            return SectionStiffness(**same)
         return self.section.stiffness(np.asarray(s, dtype=float), self.material)  # type: ignore[no-any-return]
 
     @cached_property
