@@ -14,7 +14,7 @@ from darboux.statics.discrete_chain import Chain, Shape
 
 Array = NDArray[np.float64]
 
-PATH_TOLERANCE = 1e-4  # of Newton's last change, as a turn in rad, on the way
+PATH_TOLERANCE = 1e-3  # of the last change of Newton on the way, as a turn in rad: what is left over is its square
 TOLERANCE = 1e-10  # and at full load
 SETTLING = 1e-2  # rad by which an equilibrium may move when what was lent to it is taken back
 MOST_ITERATIONS = 40
