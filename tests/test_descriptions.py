@@ -117,7 +117,7 @@ def test_helix_keeps_radius_pitch_and_hand(handed: str) -> None:
     helix = dx.Helix(a, pitch, handed)
     turn = np.hypot(2.0 * np.pi * a, pitch)
     rod = dx.Rod(turn, dx.Stiffness(EI1=1.0, GJ=0.7), natural=helix)
-    solution = dx.solve(dx.Equilibrium(rod, start=dx.Clamped(frame=helix.frame((0, 0, 1)))))
+    solution = dx.solve(dx.Equilibrium(rod, start=dx.Clamped(frame=helix.frame((0, 0, 1)))), dx.Shooting())
     np.testing.assert_allclose(solution.tip, (0, 0, pitch), atol=1e-12)
     s = np.linspace(0.0, turn, 50)
     d1 = solution.R(s)[:, :, 0]

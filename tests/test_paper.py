@@ -151,7 +151,8 @@ def test_importing_is_light() -> None:
 
 def test_public_names() -> None:
     assert set(dx._HOME) == set(dx.__all__)
-    for name in dx.__all__:
+    assert dx.turn == pytest.approx(2.0 * np.pi)
+    for name in set(dx.__all__) - {"turn"}:
         assert getattr(dx, name).__name__ == name
         assert getattr(dx, name).__doc__
     with pytest.raises(AttributeError, match="no attribute 'Rodd'"):

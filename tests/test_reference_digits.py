@@ -11,7 +11,7 @@ from tests.cases import ALL, Case
 
 # Method, and what its error may be relative to L: near rounding for the continuous ones. A discrete rod's constant
 # depends on the case, so there the bound is on the order, below.
-CONTINUOUS = [(dx.Shooting(), 3e-10), (dx.Elastica(), 3e-11)]
+CONTINUOUS = [(dx.Collocation(), 3e-10), (dx.Shooting(), 3e-10), (dx.Elastica(), 3e-11)]
 STATED = [
     pytest.param(method, tolerance, case, id=f"{type(method).__name__}-{case.id}")
     for method, tolerance in CONTINUOUS
@@ -56,7 +56,7 @@ def test_both_ends_clamped() -> None:
 
     Root force, root moment and energy of the equilibrium that our path reaches; uncertainty 1e-10.
     """
-    solution = dx.solve(cases.posed())
+    solution = dx.solve(cases.posed(), dx.Shooting())
     np.testing.assert_allclose(
         -solution.reactions.start.force, (-16.186072684, -5.4574714172, -22.145698563), atol=2e-9
     )

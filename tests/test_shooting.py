@@ -145,7 +145,7 @@ def test_the_estimated_error_covers_the_true_one() -> None:
 def test_buckling_on_the_way_is_said() -> None:
     """Euler: 2.4674 EI / L^2. The straight column stays an equilibrium; the status says that its stability changed."""
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.3, GJ=0.75))
-    before, after = (dx.solve(dx.Equilibrium(rod, loads=[dx.EndForce((0, 0, -P))])) for P in (2.4, 2.6))
+    before, after = (dx.solve(dx.Equilibrium(rod, loads=[dx.EndForce((0, 0, -P))]), dx.Shooting()) for P in (2.4, 2.6))
     assert before.statistics["crossings"] == ()
     ((low, high),) = after.statistics["crossings"]
     assert low < 2.4674 / 2.6 < high

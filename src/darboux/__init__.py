@@ -18,13 +18,18 @@ _HOMES = {
     "section": ("Circle", "Tube", "Rectangle", "Ellipse", "Stiffness"),
     "natural": ("Helix", "frame_of_helix"),
     "rod": ("Rod",),
-    "supports": ("Clamped", "Free"),
-    "loads": ("Gravity", "LineForce", "LineCouple", "Rotation", "ElectricField", "EndForce", "EndMoment"),
+    "supports": ("Clamped", "Free", "Guided", "Hinge", "Pinned", "Roller", "Slider", "Spring", "Universal"),
+    "loads": (
+        *("Buoyancy", "ElectricField", "EndForce", "EndMoment", "Foundation", "Gravity", "LineCouple", "LineForce"),
+        *("PointForce", "PointMoment", "Rotation"),
+    ),
+    "frames": ("turn",),
     "problem": ("Equilibrium",),
     "solution": ("EquilibriumSolution", "Status"),
     "statics.solve": ("solve",),
     "statics.initial_value": ("integrate",),
     "statics.shooting": ("Shooting",),
+    "statics.collocation": ("Collocation",),
     "statics.elastica": ("Elastica",),
     "statics.discrete": ("DiscreteRod",),
     "comparison": ("compare", "Comparison"),
@@ -32,8 +37,10 @@ _HOMES = {
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Buoyancy",
     "Circle",
     "Clamped",
+    "Collocation",
     "Comparison",
     "DiscreteRod",
     "Elastica",
@@ -43,32 +50,56 @@ __all__ = [
     "EndMoment",
     "Equilibrium",
     "EquilibriumSolution",
+    "Foundation",
     "Free",
     "Gravity",
+    "Guided",
     "Helix",
+    "Hinge",
     "InvalidInput",
     "LineCouple",
     "LineForce",
     "Material",
     "NotConverged",
+    "Pinned",
+    "PointForce",
+    "PointMoment",
     "Rectangle",
     "Rod",
+    "Roller",
     "Rotation",
     "Shooting",
+    "Slider",
+    "Spring",
     "Status",
     "Stiffness",
     "Table",
     "Tube",
+    "Universal",
     "compare",
     "frame_of_helix",
     "integrate",
     "solve",
+    "turn",
 ]
 
 if TYPE_CHECKING:
     from darboux.comparison import Comparison, compare
     from darboux.errors import InvalidInput, NotConverged
-    from darboux.loads import ElectricField, EndForce, EndMoment, Gravity, LineCouple, LineForce, Rotation
+    from darboux.frames import turn
+    from darboux.loads import (
+        Buoyancy,
+        ElectricField,
+        EndForce,
+        EndMoment,
+        Foundation,
+        Gravity,
+        LineCouple,
+        LineForce,
+        PointForce,
+        PointMoment,
+        Rotation,
+    )
     from darboux.material import Material
     from darboux.natural import Helix, frame_of_helix
     from darboux.problem import Equilibrium
@@ -76,12 +107,13 @@ if TYPE_CHECKING:
     from darboux.rod import Rod
     from darboux.section import Circle, Ellipse, Rectangle, Stiffness, Tube
     from darboux.solution import EquilibriumSolution, Status
+    from darboux.statics.collocation import Collocation
     from darboux.statics.discrete import DiscreteRod
     from darboux.statics.elastica import Elastica
     from darboux.statics.initial_value import integrate
     from darboux.statics.shooting import Shooting
     from darboux.statics.solve import solve
-    from darboux.supports import Clamped, Free
+    from darboux.supports import Clamped, Free, Guided, Hinge, Pinned, Roller, Slider, Spring, Universal
 
 
 def __getattr__(name: str) -> Any:

@@ -144,6 +144,24 @@ def rotation(field: str, value: object) -> NDArray[np.float64]:
     return np.asarray(left @ right)  # the nearest exact rotation
 
 
+def flag(field: str, value: object) -> bool:
+    """Return True or False."""
+    return bool(instance(field, value, (bool, np.bool_), "True or False"))
+
+
+def stiffness_matrix(field: str, value: object, unit: str) -> tuple[Vector, ...]:
+    """Return a symmetric, not negative 3 x 3 matrix as tuples; one number stands for the same in all directions."""
+    one = np.ndim(value) == 0  # type: ignore[arg-type]
+    matrix = number(field, value, unit) * np.eye(3) if one else array(field, value, (3, 3), unit)
+    largest = float(np.max(np.abs(matrix)))
+    if np.max(np.abs(matrix - matrix.T)) > 1e-9 * largest:
+        raise InvalidInput(f"{field} is not symmetric; a stiffness matrix must be.")
+    if largest == 0.0 or np.linalg.eigvalsh(matrix)[0] < -1e-9 * largest:
+        raise InvalidInput(f"{field} is {shown(value)}; a stiffness must be positive, in no direction negative.")
+    rows = (0.5 * (matrix + matrix.T)).tolist()
+    return tuple((x, y, z) for x, y, z in rows)
+
+
 def instance(field: str, value: object, kind: type | tuple[type, ...], allowed: str) -> Any:
     """Return the value if it is of the kind; ``allowed`` says in words what it may be."""
     if not isinstance(value, kind):

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+turn = 2.0 * np.pi  # rad, as in twist=4 * darboux.turn
+
 
 def matrix_of_quaternion(q: Array) -> Array:
     """Return R(q) / |q|^2 for q (..., 4): (..., 3, 3), columns d1, d2, d3. Scale-free: |q| need not be 1."""
@@ -44,6 +46,11 @@ def quaternion_of_matrix(R: Array) -> Array:
     return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
 
 
+def small_rotation(phi: Array) -> Array:
+    """Return the rotation (3, 3) of the quaternion (1, phi / 2) / |.|, a turn by phi (3,) up to its third power."""
+    return matrix_of_quaternion(np.concatenate([[1.0], 0.5 * phi]))
+
+
 def same_sign(q: Array) -> Array:
     """Return the quaternions q (n, 4) with signs chosen so that neighbours lie on the same side."""
     signs = np.ones(len(q))
@@ -56,6 +63,22 @@ def product(p: Array, q: Array) -> Array:
     w = p[..., 0] * q[..., 0] - np.sum(p[..., 1:] * q[..., 1:], axis=-1)
     v = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
     return np.concatenate([w[..., None], v], axis=-1)
+
+
+def quaternion_of_turn(phi: Array) -> Array:
+    """Return the unit quaternion (n, 4) of the rotation vector phi (n, 3)."""
+    half = 0.5 * np.linalg.norm(phi, axis=1, keepdims=True)
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * phi], axis=1)
+
+
+def accumulated(turns: Array) -> Array:
+    """Return 1, q_1, q_1 q_2, ... for the turns q (n, 4): (n + 1, 4), by doubling."""
+    q = np.concatenate([[[1.0, 0.0, 0.0, 0.0]], turns])
+    step = 1
+    while step < len(q):
+        q[step:] = product(q[:-step], q[step:])
+        step *= 2
+    return q
 
 
 def between(q0: Array, q1: Array, part: float) -> Array:

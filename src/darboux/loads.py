@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, profile
+from darboux import checks, frames, profile
 from darboux.checks import assign, description
+from darboux.errors import InvalidInput
 from darboux.profile import Table, Varying
 
 if TYPE_CHECKING:
@@ -53,14 +54,19 @@ class Distributed:
 
 @dataclass
 class EndLoad:
-    """The sum of the dead loads on one end: force (3,) in N and moment (3,) in N m, fixed frame."""
+    """The sum of the loads on one end or point: force (3,) in N and moment (3,) in N m.
+
+    The dead ones in the fixed frame; the followers, ``section_force`` and ``section_moment``, in the section's.
+    """
 
     force: Array = field(default_factory=lambda: np.zeros(3))
     moment: Array = field(default_factory=lambda: np.zeros(3))
+    section_force: Array = field(default_factory=lambda: np.zeros(3))
+    section_moment: Array = field(default_factory=lambda: np.zeros(3))
 
 
 class Load:
-    """What every load offers; most add to one of the two."""
+    """What every load offers; most add to one of the three."""
 
     def add_distributed(self, total: Distributed, s: Array, rod: Rod) -> None:
         """Add this load's part per length at s (n,)."""
@@ -74,9 +80,22 @@ class Load:
         return ()
 
     @property
+    def varies(self) -> bool:
+        """True where the load per length varies along s by more than the rod's own data."""
+        return any(callable(value) for value in self.varying)
+
+    @property
     def place(self) -> str | None:
         """The end that the load acts on, or None for a load along the rod."""
         return None
+
+    @property
+    def station(self) -> float | None:
+        """The s in m between the ends that the load acts on, or None."""
+        return None
+
+    def add_point(self, total: EndLoad) -> None:
+        """Add this load's part at its point."""
 
 
 @description
@@ -97,64 +116,129 @@ class Gravity(Load):
         total.a += rod.mass(s, "Gravity")[:, None] * np.array(self.g)
 
 
+class _Spread(Load):
+    """A force or a couple per length: given along s, or as a function of the shape."""
+
+    field_name = ""
+    unit = ""
+    frame: str
+    gradient: Any
+
+    def _value(self) -> Any:
+        raise NotImplementedError
+
+    def _check(self) -> None:
+        name = self.field_name.split(".")[1]
+        if self.of_shape:
+            if self.frame != "fixed":
+                raise InvalidInput(
+                    f"{self.field_name} is a function of s, r, R, and frame is {self.frame!r}; such a function returns fixed "
+                    "components: turn them by R itself, and leave frame out."
+                )
+        else:
+            if self.gradient is not None:
+                raise InvalidInput(f"{self.field_name} does not depend on r or R, so it has no gradient; leave it out.")
+            profile.vector(self.field_name, self._value(), self.unit)
+            assign(self, **{name: profile.frozen(self._value())})
+        assign(self, frame=checks.choice(f"{self.field_name.split('.')[0]}.frame", self.frame, ("fixed", "section")))
+
+    @property
+    def of_shape(self) -> bool:
+        """True where the load is a function of s, r and R."""
+        return profile.arguments_of(self._value()) == 3
+
+    def at_shape(self, s: Array, r: Array, R: Array) -> Array:
+        """Return the function's values (n, 3) at s (n,), r (n, 3), R (n, 3, 3)."""
+        return profile.evaluate(self.field_name, lambda s: self._value()(s, r.copy(), R.copy()), s, (3,))
+
+    def gradients(self, s: Array, r: Array, R: Array, length: float) -> tuple[Array, Array]:
+        """Return the derivatives (n, 3, 3) by r and by a small rotation of the section's frame, given or by differences."""
+        if self.gradient is not None:
+            by_r, by_turn = self.gradient(s, r.copy(), R.copy())
+            return checks.array(f"{self.field_name} gradient by r", by_r, (len(s), 3, 3)), checks.array(
+                f"{self.field_name} gradient by rotation", by_turn, (len(s), 3, 3)
+            )
+        by_r, by_turn = np.empty((len(s), 3, 3)), np.empty((len(s), 3, 3))
+        for k in range(3):
+            e = np.zeros(3)
+            e[k] = 1e-6
+            ahead, behind = (self.at_shape(s, r + sign * length * e, R) for sign in (1.0, -1.0))
+            by_r[:, :, k] = (ahead - behind) / (2e-6 * length)
+            ahead, behind = (self.at_shape(s, r, R @ frames.small_rotation(sign * e)) for sign in (1.0, -1.0))
+            by_turn[:, :, k] = (ahead - behind) / 2e-6
+        return by_r, by_turn
+
+    @property
+    def varying(self) -> tuple[Varying, ...]:
+        return () if self.of_shape else (self._value(),)
+
+
 @description
-class LineForce(Load):
-    """A force per length, dead or turning with the section.
+class LineForce(_Spread):
+    """A force per length: dead, turning with the section, or any function of the shape.
 
-        f = force(s)   (frame="fixed"),     f = R force(s)   (frame="section": a follower, not conservative in general)
+        f = force(s)   (frame="fixed"),     f = R force(s)   (frame="section": a follower, not conservative in general),
+        f = force(s, r, R)
 
-    Arguments: ``force`` in N/m: three numbers, a ``Table`` of (n, 3), or a function of s that returns (n, 3);
-    ``frame`` "fixed" or "section".
+    Arguments: ``force`` in N/m: three numbers, a ``Table`` of (n, 3), a function of s (n,) that returns (n, 3), or a
+    function of s (n,), r (n, 3) in m and R (n, 3, 3) that returns (n, 3) in the fixed frame; ``frame`` "fixed" or
+    "section"; ``gradient``, for the last kind, a function of s, r, R that returns the derivatives (n, 3, 3) by r and by
+    phi, a small rotation in the section's frame (dR = R [phi x]); without it they are taken by differences.
     """
 
     force: Varying
     frame: str = "fixed"
+    gradient: Any = None
+
+    field_name = "line_force.force"
+    unit = "N/m"
 
     def __post_init__(self) -> None:
-        profile.vector("line_force.force", self.force, "N/m")
-        frame = checks.choice("line_force.frame", self.frame, ("fixed", "section"))
-        assign(self, force=profile.frozen(self.force), frame=frame)
+        self._check()
+
+    def _value(self) -> Any:
+        return self.force
 
     def add_distributed(self, total: Distributed, s: Array, rod: Rod) -> None:
-        values = profile.vector("line_force.force", self.force, "N/m")(s)
+        if self.of_shape:
+            return
+        values = profile.vector(self.field_name, self.force, self.unit)(s)
         if self.frame == "fixed":
             total.a += values
         else:
             total.b += values
 
-    @property
-    def varying(self) -> tuple[Varying, ...]:
-        return (self.force,)
-
 
 @description
-class LineCouple(Load):
-    """A couple per length, dead or turning with the section. Neither is conservative in three dimensions.
+class LineCouple(_Spread):
+    """A couple per length: dead, turning with the section, or any function of the shape. Not conservative in 3-D.
 
-        l = couple(s)   (frame="fixed"),     l = R couple(s)   (frame="section")
+        l = couple(s)   (frame="fixed"),     l = R couple(s)   (frame="section"),     l = couple(s, r, R)
 
-    Arguments: ``couple`` in N m/m: three numbers, a ``Table`` of (n, 3), or a function of s that returns (n, 3);
-    ``frame`` "fixed" or "section".
+    Arguments: ``couple`` in N m/m, ``frame`` and ``gradient`` as in ``LineForce``.
     """
 
     couple: Varying
     frame: str = "fixed"
+    gradient: Any = None
+
+    field_name = "line_couple.couple"
+    unit = "N"
 
     def __post_init__(self) -> None:
-        profile.vector("line_couple.couple", self.couple, "N")
-        frame = checks.choice("line_couple.frame", self.frame, ("fixed", "section"))
-        assign(self, couple=profile.frozen(self.couple), frame=frame)
+        self._check()
+
+    def _value(self) -> Any:
+        return self.couple
 
     def add_distributed(self, total: Distributed, s: Array, rod: Rod) -> None:
-        values = profile.vector("line_couple.couple", self.couple, "N")(s)
+        if self.of_shape:
+            return
+        values = profile.vector(self.field_name, self.couple, self.unit)(s)
         if self.frame == "fixed":
             total.la += values
         else:
             total.lb += values
-
-    @property
-    def varying(self) -> tuple[Varying, ...]:
-        return (self.couple,)
 
 
 @description
@@ -214,22 +298,118 @@ class ElectricField(Load):
 
 
 @description
-class EndForce(Load):
-    """A dead force on an end: n(L) = force at the end, n(0) = -force at the start. Conservative.
+class Foundation(Load):
+    """An elastic foundation (Winkler): every point of the rod is drawn back to its place on a straight line.
 
-    Arguments: ``force`` (3,) in N, fixed frame; ``at`` "end" or "start".
+        f = -stiffness (r - point - s direction)
+
+    Arguments: ``stiffness`` in N/m^2, one number or a symmetric matrix (3, 3) in the fixed frame, not negative;
+    ``point`` (3,) in m and ``direction`` (3,) the line on which the foundation is at rest. Conservative.
+    """
+
+    stiffness: Any
+    point: Any = (0.0, 0.0, 0.0)
+    direction: Any = (0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        assign(
+            self,
+            stiffness=checks.stiffness_matrix("foundation.stiffness", self.stiffness, "N/m^2"),
+            point=checks.vector("foundation.point", self.point, "m"),
+            direction=checks.direction("foundation.direction", self.direction),
+        )
+
+    def add_distributed(self, total: Distributed, s: Array, rod: Rod) -> None:
+        K = np.array(self.stiffness)
+        rest = np.array(self.point) + s[:, None] * np.array(self.direction)
+        total.C -= K
+        total.a += rest @ K
+
+    @property
+    def varies(self) -> bool:
+        return True
+
+
+@description
+class Buoyancy(Load):
+    """The lift of a fluid at rest, with the hydrostatic pressure on the rod's side put into an effective force.
+
+        f = -rho_f A g,     n = n_wall + p A d3
+
+    The inner force that is solved for is then the effective one: the force in the wall is n - p A d3, with the fluid's
+    pressure p at the section; at an end that the fluid reaches, the end cap's own pressure p A closes the balance and the
+    effective force is what the support or the end load gives. Exact for a section that does not vary.
+
+    Arguments: ``density`` rho_f of the fluid in kg/m^3; ``area`` A of the displaced section in m^2, which may be left
+    out where the section has a shape; ``g`` (3,) in m/s^2. Conservative.
+    Source: C. P. Sparks, J. Energy Resour. Technol. 106 (1984) 46.
+    """
+
+    density: float
+    area: float | None = None
+    g: Any = (0.0, 0.0, -9.81)
+
+    def __post_init__(self) -> None:
+        area = None if self.area is None else checks.positive("buoyancy.area", self.area, "m^2")
+        density = checks.positive("buoyancy.density", self.density, "kg/m^3")
+        assign(self, density=density, area=area, g=checks.vector("buoyancy.g", self.g, "m/s^2"))
+
+    def add_distributed(self, total: Distributed, s: Array, rod: Rod) -> None:
+        A = np.full(len(s), self.area) if self.area is not None else rod.displaced_area(s)
+        total.a -= self.density * A[:, None] * np.array(self.g)
+
+
+class _Concentrated(Load):
+    """A force or a moment at one place, dead or turning with the section."""
+
+    at: Any
+    follower: bool
+
+    def _add(self, total: EndLoad) -> None:
+        raise NotImplementedError
+
+    def add_end(self, at: str, total: EndLoad) -> None:
+        if at == self.at:
+            self._add(total)
+
+    def add_point(self, total: EndLoad) -> None:
+        self._add(total)
+
+
+def _force_on(total: EndLoad, force: Any, follower: bool) -> None:
+    if follower:
+        total.section_force = total.section_force + np.array(force)
+    else:
+        total.force = total.force + np.array(force)
+
+
+def _moment_on(total: EndLoad, moment: Any, follower: bool) -> None:
+    if follower:
+        total.section_moment = total.section_moment + np.array(moment)
+    else:
+        total.moment = total.moment + np.array(moment)
+
+
+@description
+class EndForce(_Concentrated):
+    """A force on an end: n(L) = force at the end, n(0) = -force at the start.
+
+    Arguments: ``force`` (3,) in N, fixed frame; ``at`` "end" or "start"; ``follower`` whether it turns with the section
+    (then ``force`` is in the section's frame, (0, 0, -P) a thrust along the rod). A dead force is conservative, a
+    follower force is not.
     """
 
     force: Any
     at: str = "end"
+    follower: bool = False
 
     def __post_init__(self) -> None:
         force = checks.vector("end_force.force", self.force, "N")
-        assign(self, force=force, at=checks.choice("end_force.at", self.at, ENDS))
+        follower = checks.flag("end_force.follower", self.follower)
+        assign(self, force=force, at=checks.choice("end_force.at", self.at, ENDS), follower=follower)
 
-    def add_end(self, at: str, total: EndLoad) -> None:
-        if at == self.at:
-            total.force = total.force + np.array(self.force)
+    def _add(self, total: EndLoad) -> None:
+        _force_on(total, self.force, self.follower)
 
     @property
     def place(self) -> str:
@@ -237,29 +417,88 @@ class EndForce(Load):
 
 
 @description
-class EndMoment(Load):
-    """A dead moment on an end: m(L) = moment at the end, m(0) = -moment at the start.
+class EndMoment(_Concentrated):
+    """A moment on an end: m(L) = moment at the end, m(0) = -moment at the start.
 
-    A moment whose direction stays fixed in space while the end turns in three dimensions is not conservative: its work
-    depends on the order of the turns (H. Ziegler, Principles of Structural Stability, 1968, sec. 5.1). It is where the
-    end can only turn about the moment's own axis, as in the plane.
+    Three kinds of end moment are told apart (H. Ziegler, Principles of Structural Stability, 1968, sec. 5.1). Dead: its
+    axis stays fixed in space; in three dimensions its work depends on the order of the turns, so it is not
+    conservative. Follower (tangential): its axis turns with the section; not conservative either. Both are where the
+    end can turn only about the moment's own axis, as in the plane. Semi-tangential, half the sum of the two, is
+    conservative: apply half of it dead and half as a follower.
 
-    Arguments: ``moment`` (3,) in N m, fixed frame; ``at`` "end" or "start".
+    Arguments: ``moment`` (3,) in N m, fixed frame; ``at`` "end" or "start"; ``follower`` whether it turns with the
+    section (then ``moment`` is in the section's frame).
     """
 
     moment: Any
     at: str = "end"
+    follower: bool = False
 
     def __post_init__(self) -> None:
         moment = checks.vector("end_moment.moment", self.moment, "N m")
-        assign(self, moment=moment, at=checks.choice("end_moment.at", self.at, ENDS))
+        follower = checks.flag("end_moment.follower", self.follower)
+        assign(self, moment=moment, at=checks.choice("end_moment.at", self.at, ENDS), follower=follower)
 
-    def add_end(self, at: str, total: EndLoad) -> None:
-        if at == self.at:
-            total.moment = total.moment + np.array(self.moment)
+    def _add(self, total: EndLoad) -> None:
+        _moment_on(total, self.moment, self.follower)
 
     @property
     def place(self) -> str:
+        return self.at
+
+
+@description
+class PointForce(_Concentrated):
+    """A force at a given s: the inner force jumps by it, n(s+) = n(s-) - force.
+
+    Arguments: ``force`` (3,) in N; ``at`` s in m, strictly between the ends; ``follower`` as in ``EndForce``.
+    """
+
+    force: Any
+    at: float
+    follower: bool = False
+
+    def __post_init__(self) -> None:
+        assign(
+            self,
+            force=checks.vector("point_force.force", self.force, "N"),
+            at=checks.number("point_force.at", self.at, "m"),
+            follower=checks.flag("point_force.follower", self.follower),
+        )
+
+    def _add(self, total: EndLoad) -> None:
+        _force_on(total, self.force, self.follower)
+
+    @property
+    def station(self) -> float:
+        return self.at
+
+
+@description
+class PointMoment(_Concentrated):
+    """A couple at a given s: the inner moment jumps by it, m(s+) = m(s-) - moment.
+
+    Arguments: ``moment`` (3,) in N m; ``at`` s in m, strictly between the ends; ``follower`` as in ``EndMoment``, whose
+    remarks on conservative kinds hold here too.
+    """
+
+    moment: Any
+    at: float
+    follower: bool = False
+
+    def __post_init__(self) -> None:
+        assign(
+            self,
+            moment=checks.vector("point_moment.moment", self.moment, "N m"),
+            at=checks.number("point_moment.at", self.at, "m"),
+            follower=checks.flag("point_moment.follower", self.follower),
+        )
+
+    def _add(self, total: EndLoad) -> None:
+        _moment_on(total, self.moment, self.follower)
+
+    @property
+    def station(self) -> float:
         return self.at
 
 

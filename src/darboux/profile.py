@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -122,6 +123,18 @@ def evaluate(field: str, function: Callable[[Array], Any], s: Array, shape: tupl
         place = int(np.argmax(~np.isfinite(values.reshape(len(s), -1)).all(axis=1)))
         raise InvalidInput(f"{field} is not finite at s = {s[place]:g} m; it must be finite all along the rod.")
     return values
+
+
+def arguments_of(value: object) -> int:
+    """Return how many arguments without defaults a function takes; 1 where it can't be told, 0 for anything else."""
+    if not callable(value) or isinstance(value, Table):
+        return 0
+    try:
+        parameters = inspect.signature(value).parameters.values()
+    except (TypeError, ValueError):
+        return 1
+    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    return sum(1 for p in parameters if p.kind in kinds and p.default is inspect.Parameter.empty)
 
 
 def scalar(field: str, value: Varying, unit: str = "", sign: str = "positive") -> Profile:

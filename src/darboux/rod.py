@@ -128,6 +128,13 @@ class Rod:
             raise InvalidInput(f"{field} is missing; {why} acts on the rod's mass. Give it, or leave the load out.")
         return mass
 
+    def displaced_area(self, s: Array) -> Array:
+        """Return the area in m^2 that the section takes from a fluid around it, at s (n,)."""
+        area: Array | None = self.section.outer_area(np.asarray(s, dtype=float))
+        if area is None:
+            raise InvalidInput("buoyancy.area is missing; a Stiffness section has no shape. Give the area in m^2.")
+        return area
+
     def compliance(self, s: Array) -> tuple[Array, Array]:
         """Return B^-1 (n, 3, 3) in 1/(N m^2) and S^-1 (n, 3, 3) in 1/N at s (n,); S^-1 is zero where nothing gives."""
         stiffness = self.stiffness(s)

@@ -129,6 +129,12 @@ def rotation(q: Quaternion) -> Rotation:
 
 
 @inline
+def column(R: Rotation, i: int) -> Vector:
+    """Column i of R: the director d1, d2 or d3."""
+    return R[i], R[3 + i], R[6 + i]
+
+
+@inline
 def rotate(R: Rotation, a: Vector) -> Vector:
     """R a: from the section's frame to the fixed one."""
     return (

@@ -71,13 +71,16 @@ class DiscreteRod:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
+        beyond = limits.beyond(problem, "DiscreteRod")
+        if beyond:
+            return beyond
         if problem.rod.shear:
-            return (
-                "DiscreteRod states rods that do not shear, but rod.shear is True; use Shooting(), or set shear=False."
-            )
+            return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation(), or set shear=False."
         loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
         if np.any(loads.b) or np.any(loads.lb):
-            return "DiscreteRod states dead loads, but a load turns with the section (frame='section'); use Shooting()."
+            return (
+                "DiscreteRod states dead loads, but a load turns with the section (frame='section'); use Collocation()."
+            )
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:

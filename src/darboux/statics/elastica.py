@@ -55,7 +55,7 @@ class Elastica:
             plane_of(problem)
         except NotPlanar as refusal:
             return str(refusal)
-        return limits.too_large(problem, "Elastica", LARGEST_LOAD)
+        return limits.beyond(problem, "Elastica") or limits.too_large(problem, "Elastica", LARGEST_LOAD)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium on the branch that starts at the unloaded rod.
@@ -140,4 +140,4 @@ def message(found: PlaneSolution, unstable: int | None, rtol: float) -> str:
                 "A straight rod is pushed along its tangent and can buckle to either side: nothing tells which. "
                 "Add a small load across it that chooses one."
             )
-    return f"No equilibrium was found beyond {reached}; the last one is given. Use Shooting(), or smaller loads."
+    return f"No equilibrium was found beyond {reached}; the last one is given. Use Collocation(), or smaller loads."

@@ -59,7 +59,7 @@ def integrate(
         raise InvalidInput(f"integrate.rtol is {rtol:g}; it must lie between 1e-13 and 1e-2.")
     clamp = Clamped(position=position) if frame is None else Clamped(position=position, frame=frame)
     problem = Equilibrium(rod, start=clamp, loads=loads)
-    if any(load.place is not None for load in problem.loads):
+    if problem.of_shape or any(load.place is not None or load.station is not None for load in problem.loads):
         raise InvalidInput("integrate takes loads along the rod; at the start give n and k, at the end they come out.")
     scale = Scale.of(problem)
     table = coefficients.table(problem, scale)

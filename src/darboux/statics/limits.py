@@ -40,6 +40,23 @@ def straight(problem: Equilibrium) -> str | None:
     return None if across else PUSHED
 
 
+def beyond(problem: Equilibrium, method: str) -> str | None:
+    """Return why a method for clamped and free ends and loads along the rod or on its ends can't state a problem, or None."""
+    use = f"use Collocation(). {method} states clamped and free ends, loads along the rod and dead loads on its ends"
+    for at in ("start", "end"):
+        support, load = getattr(problem, at), problem.end_load(at)
+        if not support.plain:
+            what = "a twist of whole turns" if support.clamps else f"a {type(support).__name__}"
+            return f"problem.{at} has {what}; {use}."
+        if np.any(load.section_force) or np.any(load.section_moment):
+            return f"a load on the {at} turns with the section (follower=True); {use}."
+    if problem.points:
+        return f"a load acts at the point s = {next(iter(problem.points)):g} m; {use}."
+    if problem.of_shape:
+        return f"a load is a function of the shape; {use}."
+    return None
+
+
 def too_large(problem: Equilibrium, method: str, limit: float) -> str | None:
     """Return the sentence for loads larger than ``limit`` times EI / L^2 (a moment: EI / L), or None."""
     L = problem.rod.length

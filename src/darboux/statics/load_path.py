@@ -79,11 +79,15 @@ class Path(Generic[State]):
     iterations: int = 0
     crossings: list[tuple[float, float]] = field(default_factory=list)  # load factors between which stability changed
     index: int | None = None  # the unstable directions of the last equilibrium, where they are counted
+    unstable: tuple[State, float] | None = None  # the state and the load factor behind the first crossing
     slope: float = 0.0  # rad per unit of load factor, of the last tangent: without bound at a fold
 
 
-def follow(branch: Branch[State], state: State) -> Path[State]:
-    """Follow the branch from load factor 0, where ``state`` is an equilibrium, to 1 or to where it ends."""
+def follow(branch: Branch[State], state: State, until_unstable: bool = False) -> Path[State]:
+    """Follow the branch from load factor 0, where ``state`` is an equilibrium, to 1 or to where it ends.
+
+    With ``until_unstable`` it is followed to its first crossing at most.
+    """
     path = Path(state, 0.0)
     sign, path.index = branch.stability(state, 0.0)
     step = first = LARGEST_STEP
@@ -100,7 +104,8 @@ def follow(branch: Branch[State], state: State) -> Path[State]:
             ahead = goal - path.load_factor
             reached = branch.correct(branch.predict(path.state, tangent, ahead), goal)
             if reached is not None and reached.turn <= _allowed(turn * ahead):
-                changed = reached.sign * sign < 0.0 or reached.index != path.index
+                counted = reached.index is not None and path.index is not None
+                changed = reached.index != path.index if counted else reached.sign * sign < 0.0
                 if not changed or ahead <= (LATER_CROSSING_STEP if path.index else CROSSING_STEP):
                     break
             path.rejected += 1
@@ -109,6 +114,9 @@ def follow(branch: Branch[State], state: State) -> Path[State]:
                 return path
         if changed:
             path.crossings.append((path.load_factor, goal))
+            path.unstable = path.unstable or (reached.state, goal)
+            if until_unstable and reached.index:
+                return path
         sign, path.index = reached.sign, reached.index
         path.state, path.load_factor = reached.state, goal
         path.steps += 1

@@ -71,7 +71,7 @@ class Shooting:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
-        return limits.too_large(problem, "Shooting", LARGEST_LOAD)
+        return limits.beyond(problem, "Shooting") or limits.too_large(problem, "Shooting", LARGEST_LOAD)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium that follows from the unloaded rod; the status says whether the path got there."""
@@ -335,8 +335,8 @@ class _Pieces:
             )
             if code != 0:
                 return None
-        held = (self.problem.start.holds, self.problem.end.holds)
-        return stability.unstable_directions(_by_turns(transfer, state.y), held, force)
+        none = np.zeros((6, 6))
+        return stability.second_variation(_by_turns(transfer, state.y), self.problem, state.y, (none, none)).index
 
     def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:
         """Solve J dy/d(load factor) = -dF/d(load factor), the right side by a difference of two passes."""

@@ -9,7 +9,7 @@ from darboux.checks import checked_call
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
-from darboux.statics.shooting import Shooting
+from darboux.statics.collocation import Collocation
 
 
 class Method(Protocol):
@@ -26,13 +26,13 @@ class Method(Protocol):
 def solve(problem: Equilibrium, method: Any = None, *, throw: bool = True) -> EquilibriumSolution:
     """Find the equilibrium that follows from the unloaded rod as all loads grow together.
 
-    Arguments: ``problem`` an ``Equilibrium``; ``method`` ``Shooting()`` (the default), ``Elastica()`` or
+    Arguments: ``problem`` an ``Equilibrium``; ``method`` ``Collocation()`` (the default), ``Shooting()``, ``Elastica()`` or
     ``DiscreteRod()``; ``throw`` whether a solve that does not converge raises. Returns an ``EquilibriumSolution``.
     Raises ``InvalidInput`` where the method can't state the problem, and ``NotConverged``, whose ``solution`` holds
     what was reached, unless ``throw`` is False.
     """
     checks.instance("solve.problem", problem, Equilibrium, "an Equilibrium")
-    method = checked_method("solve.method", Shooting() if method is None else method)
+    method = checked_method("solve.method", Collocation() if method is None else method)
     refusal = method.refuses(problem)
     if refusal:
         raise InvalidInput(refusal)

@@ -1,0 +1,138 @@
+"""The mesh of a collocation solution: states at nodes and at Gauss' points, and how a better mesh is laid."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels.collocation import METHODS, PER_METHOD
+from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
+
+Array = NDArray[np.float64]
+
+EVENNESS = 0.3  # this part of the elements is laid evenly, the rest where the solution asks for them
+STEEPEST = 3.0  # neighbouring elements differ at most by this factor in the density that is asked for
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Nodes x (N + 1,) in [0, 1], states y (N + 1, 13) there and Y (N, stages, 13) at Gauss' points, dimensionless."""
+
+    x: Array
+    y: Array
+    Y: Array
+
+    @property
+    def stages(self) -> int:
+        """How many Gauss' points an element has."""
+        return int(self.Y.shape[1])
+
+    @property
+    def elements(self) -> int:
+        """How many elements there are."""
+        return len(self.x) - 1
+
+    def at(self, x: Array) -> Array:
+        """Return the states at x (n,) by the polynomials through the start and the stages of each element: (n, 13)."""
+        i = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, self.elements - 1)
+        local = (x - self.x[i]) / (self.x[i + 1] - self.x[i])
+        values = np.concatenate([self.y[i][:, None], self.Y[i]], axis=1)
+        return np.asarray(np.einsum("nj,njc->nc", _lagrange(self.stages, local), values))
+
+    def laid(self, x: Array, stages: int | None = None) -> Mesh:
+        """Return the same solution on other nodes, as the guess of a new one."""
+        stages = self.stages if stages is None else stages
+        y = self.at(x)
+        y[0], y[-1] = self.y[0], self.y[-1]
+        y[:, ROTATION:FORCE] /= np.linalg.norm(y[:, ROTATION:FORCE], axis=1, keepdims=True)
+        return Mesh(x, y, self.at(stage_points(x, stages).ravel()).reshape(-1, stages, STATES))
+
+    def halved(self) -> Mesh:
+        """Return the solution with every element halved."""
+        return self.laid(np.sort(np.concatenate([self.x, 0.5 * (self.x[1:] + self.x[:-1])])))
+
+    def roughness(self, breaks: Array) -> Array:
+        """Return, per element, the size of what its polynomials leave out, as h^(s+1) times the next derivative.
+
+        The next derivative is taken from the jumps of the highest ones at the nodes, but for those at breaks
+        (U. M. Ascher, J. Christiansen and R. D. Russell, Math. Comp. 33 (1979) 659, section 3).
+        """
+        s, h = self.stages, np.diff(self.x)
+        c = np.concatenate([[0.0], METHODS[s * PER_METHOD : s * PER_METHOD + s]])
+        highest = np.array([1.0 / np.prod(c[j] - np.delete(c, j)) for j in range(s + 1)])
+        values = np.concatenate([self.y[:-1, None], self.Y], axis=1)
+        D = np.einsum("j,njc->nc", highest, values) / units(self.y) / h[:, None] ** s
+        size = np.max(np.abs(np.diff(D, axis=0)), axis=1) / (0.5 * (h[1:] + h[:-1]))
+        size[np.isin(self.x[1:-1], breaks)] = 0.0
+        next_one = np.zeros(self.elements)
+        next_one[:-1] = size
+        next_one[1:] = np.maximum(next_one[1:], size)
+        return np.asarray(h ** (s + 1) * next_one)
+
+    def redistributed(self, elements: int, breaks: Array) -> Mesh:
+        """Return the solution on about so many elements, laid so that each leaves out as much as any other."""
+        return self.laid(better_nodes(self.x, self.roughness(breaks) ** (1.0 / (self.stages + 1)), elements, breaks))
+
+
+def better_nodes(x: Array, wanted: Array, elements: int, breaks: Array) -> Array:
+    """Return nodes so that the sum of ``wanted`` (per old element) is the same on every new one; breaks stay nodes."""
+    h = np.diff(x)
+    density = wanted / h
+    total = float(np.sum(wanted))
+    density = density / total if total > 0.0 else np.ones_like(density)
+    for i in range(1, len(h)):
+        density[i] = max(density[i], density[i - 1] / STEEPEST)
+    for i in range(len(h) - 2, -1, -1):
+        density[i] = max(density[i], density[i + 1] / STEEPEST)
+    density = (1.0 - EVENNESS) * density / float(density @ h) + EVENNESS
+    measure = np.concatenate([[0.0], np.cumsum(density * h)])
+    cuts = np.interp([0.0, *breaks, 1.0], x, measure)
+    parts = [np.array([0.0])]
+    for a, b in itertools.pairwise(cuts):
+        count = max(1, round((b - a) * elements))
+        parts.append(np.interp(np.linspace(a, b, count + 1)[1:], measure, x))
+    nodes = np.concatenate(parts)
+    for place in (*breaks, 1.0):
+        nodes[np.argmin(np.abs(nodes - place))] = place
+    return nodes
+
+
+def stage_points(x: Array, stages: int) -> Array:
+    """Return Gauss' points on the elements between the nodes x (N + 1,): (N, stages)."""
+    c = METHODS[stages * PER_METHOD : stages * PER_METHOD + stages]
+    return np.asarray(x[:-1, None] + np.diff(x)[:, None] * c)
+
+
+def units(y: Array) -> Array:
+    """Return by what the 13 states of the nodes y are measured: r and q by 1, n and m by their own largest."""
+    force, moment = (
+        1.0 + float(np.max(np.linalg.norm(y[:, a:b], axis=1))) for a, b in ((FORCE, MOMENT), (MOMENT, STATES))
+    )
+    return np.repeat([1.0, 1.0, force, moment], [3, 4, 3, 3])
+
+
+def size(change: Array, y: Array) -> float:
+    """Return the largest change of a vector at a node, change (N + 1, 13), in those units."""
+    scaled = change / units(y)
+    parts = ((POSITION, ROTATION), (ROTATION, FORCE), (FORCE, MOMENT), (MOMENT, STATES))
+    return max(float(np.max(np.linalg.norm(scaled[:, a:b], axis=1))) for a, b in parts)
+
+
+@lru_cache(maxsize=8)
+def _points_and_weights(stages: int) -> tuple[Array, Array]:
+    c = np.concatenate([[0.0], METHODS[stages * PER_METHOD : stages * PER_METHOD + stages]])
+    return c, np.array([1.0 / np.prod(c[j] - np.delete(c, j)) for j in range(stages + 1)])
+
+
+def _lagrange(stages: int, local: Array) -> Array:
+    """Return the weights (n, stages + 1) of the values at 0 and Gauss' points in the value at ``local`` (n,) in [0, 1]."""
+    c, weights = _points_and_weights(stages)
+    gaps = local[:, None] - c
+    result = np.empty_like(gaps)
+    for j in range(stages + 1):
+        result[:, j] = weights[j] * np.prod(np.delete(gaps, j, axis=1), axis=1)
+    return result
