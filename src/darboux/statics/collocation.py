@@ -45,12 +45,13 @@ MOST_ELEMENTS = 20_000
 SLACK = 1e-3  # compliance of stretch lent to an inextensible rod held at both ends while it is on the way
 DISTURBANCE = 0.1  # of EI / L^2, spread along the unstable mode
 MOST_DISTURBANCES = 3
-SMALLEST_RELIEF = 1e-3
+SMALLEST_MODE = 1e-8  # of displacements, over 1 for all of them together
+SMALLEST_RELIEF = 1e-3  # of the disturbance that is taken off in a step
 FREE_MOTION = 1e-9  # a singular value below this part of the largest belongs to a free motion ...
 IDLE, NOISE = 1e-6, 1e-10  # ... if the equations ask for less than this along it, relative and absolute
 SURE = 4.0  # the estimated error is this many times what the order promises
-NOTHING = np.empty(0)
-ROUNDING_STRAIN = 1e-14
+NOTHING = np.empty(0)  # no load is a function of the shape
+ROUNDING_STRAIN = 1e-14  # of a stretching rod: what rounding of places amounts to
 FLATTEST = 0.05  # stretch below which a rod counts as compressed to nothing
 BESIDE = 1e-12  # of L, from a jump: on either side of what encloses it
 CLOSEST = 1e-9  # of L, between two breaks
@@ -60,7 +61,7 @@ ROUNDING = 2e-14  # no error below this is claimed, relative
 
 @description
 class Collocation:
-    """Gauss collocation with ``stages`` points per element, damped Newton steps and an adaptive mesh.
+    """Gauss collocation with ``stages`` points per element, Newton's method on the exact Jacobian and an adaptive mesh.
 
     Order 2 stages at the nodes. Every quadratic invariant of the equations (|q|, and of an unloaded rod m + r x n and
     m . n) holds to rounding. The branch that starts at the unloaded rod is followed on a coarse mesh; then the mesh is
@@ -448,8 +449,11 @@ class _Equations:
             if disturbed.unstable is None:
                 break
             state, load_factor = disturbed.unstable
-            mode = self.second_variation(state.mesh, load_factor).lowest_mode()
-            self.disturbances.append(CubicSpline(state.mesh.x, mode[:, :3] / np.max(np.abs(mode[:, :3]))))
+            mode = self.second_variation(state.mesh, load_factor).lowest_mode()[:, :3]
+            largest = float(np.max(np.abs(mode)))
+            if largest < SMALLEST_MODE:  # a mode of twist alone, which no force stirs
+                break
+            self.disturbances.append(CubicSpline(state.mesh.x, mode / largest))
             self.disturbance = DISTURBANCE
             disturbed = load_path.follow(self, self.unloaded(), until_unstable=True)
         reached = disturbed.load_factor == 1.0 and disturbed.index == 0
