@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux import frames
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.kernels import rod_equations
@@ -91,6 +92,12 @@ class Table:
         for power in range(self.degree - 1, -1, -1):
             result = result * local + self.coefficients[p, power]
         return np.asarray(result)
+
+    def least_stretch(self, x: Array, y: Array) -> float:
+        """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 of the states y (n, 13) at x (n,)."""
+        R = frames.matrix_of_quaternion(y[:, ROTATION:FORCE])
+        S = self(x)[:, SINV + np.array([4, 3, 2])]  # 13, 23, 33
+        return float(np.min(1.0 + np.einsum("ni,nji,nj->n", S, R, y[:, FORCE : FORCE + 3])))
 
     def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
         """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""

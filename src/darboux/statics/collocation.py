@@ -169,7 +169,6 @@ class _State:
     mesh: Mesh
     load_factor: float = 0.0
     tangent: Array | None = None
-    sign: float = 0.0
 
 
 @dataclass
@@ -381,9 +380,7 @@ class _Equations:
         """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 at the nodes."""
         if not self.problem.rod.stretch:
             return 1.0
-        R = frames.matrix_of_quaternion(mesh.y[:, ROTATION:FORCE])
-        S = self.table(mesh.x)[:, SINV + np.array([4, 3, 2])]  # 13, 23, 33
-        return float(np.min(1.0 + np.einsum("ni,nji,nj->n", S, R, mesh.y[:, FORCE:MOMENT])))
+        return self.table.least_stretch(mesh.x, mesh.y)
 
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
@@ -432,13 +429,13 @@ class _Equations:
         """Lay the mesh anew where its polynomials leave out too much."""
         rough = mesh.roughness(self.breaks)
         if float(np.max(rough)) <= PATH_ROUGHNESS or mesh.elements >= MOST_ELEMENTS:
-            return _State(mesh, load_factor, step.tangent, step.sign)
+            return _State(mesh, load_factor, step.tangent)
         wanted = (rough / (0.1 * PATH_ROUGHNESS)) ** (1.0 / (self.stages + 1))
         elements = int(np.clip(np.sum(wanted), mesh.elements, 3 * mesh.elements))
         laid = self.newton(mesh.redistributed(elements, self.breaks), load_factor, PATH_TOLERANCE, most=8)
         if laid is None:
-            return _State(mesh, load_factor, step.tangent, step.sign)
-        return _State(laid[0], load_factor, laid[1].tangent, laid[1].sign)
+            return _State(mesh, load_factor, step.tangent)
+        return _State(laid[0], load_factor, laid[1].tangent)
 
     # -- past a bifurcation ----------------------------------------------------------------------------------------
 

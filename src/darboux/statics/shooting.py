@@ -25,6 +25,7 @@ from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import coefficients, limits, load_path, stability
 from darboux.statics.coefficients import Scale
+from darboux.statics.mesh import size, units
 from darboux.statics.steps import MOST_STEPS, Data, accepted_steps, joined
 from darboux.supports import Support
 
@@ -295,24 +296,22 @@ class _Pieces:
             if shot is None:
                 return None
             change = -shot.solve(shot.residual).reshape(y.shape)
-            size = _size(change, y)
-            if not np.isfinite(size) or size > max(0.5 * last, 10.0 * rtol, floor):
+            length = size(change, y)
+            if not np.isfinite(length) or length > max(0.5 * last, 10.0 * rtol, floor):
                 return None
             y = y + change
             turn += float(2.0 * np.max(np.linalg.norm(change[:, ROTATION:FORCE], axis=1)))
-            if size <= max(rtol, floor):
+            if length <= max(rtol, floor):
                 found = _Nodes(nodes.x, y)
                 return None if self.flattest(found) <= 0.0 else (found, shot, turn, iteration)
-            last = size
+            last = length
         return None
 
     def flattest(self, nodes: _Nodes) -> float:
         """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 at the nodes."""
         if not self.problem.rod.stretch:
             return 1.0
-        R = frames.matrix_of_quaternion(nodes.y[:, _Q])
-        S = self.table(nodes.x)[:, SINV + np.array([4, 3, 2])]  # 13, 23, 33
-        return float(np.min(1.0 + np.einsum("ni,nji,nj->n", S, R, nodes.y[:, _N])))
+        return self.table.least_stretch(nodes.x, nodes.y)
 
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
@@ -361,8 +360,8 @@ class _Pieces:
 
     def _refined(self, nodes: _Nodes, P: Array, load_factor: float) -> _Nodes:
         """Halve the pieces that amplify an error too much."""
-        units = _units(nodes.y)
-        growth = np.linalg.norm(P * units / units[:, None], ord=2, axis=(1, 2))
+        unit = units(nodes.y)
+        growth = np.linalg.norm(P * unit / unit[:, None], ord=2, axis=(1, 2))
         steep = np.flatnonzero(growth > LARGEST_GROWTH)
         if len(steep) == 0 or len(nodes.x) > MOST_PIECES:
             return nodes
@@ -391,18 +390,6 @@ class _Pieces:
         x, y, dy = (np.concatenate(part) for part in zip(*parts, strict=True))
         knots = np.array(self.problem.breaks) / self.scale.length
         return self.scale.curve(*joined(x, y, dy, knots))
-
-
-def _units(y: Array) -> Array:
-    """Return by what the 13 states of the nodes y are measured: r and q by 1, n and m by their own largest."""
-    force, moment = (1.0 + float(np.max(np.linalg.norm(y[:, part], axis=1))) for part in (_N, _M))
-    return np.repeat([1.0, 1.0, force, moment], [3, 4, 3, 3])
-
-
-def _size(change: Array, y: Array) -> float:
-    """Return the largest change of a vector at a node, in those units."""
-    scaled = change / _units(y)
-    return max(float(np.max(np.linalg.norm(scaled[:, part], axis=1))) for part in (_R, _Q, _N, _M))
 
 
 def _by_turns(P: Array, y: Array) -> Array:
