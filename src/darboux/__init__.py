@@ -24,7 +24,7 @@ _HOMES = {
         *("PointForce", "PointMoment", "Rotation"),
     ),
     "frames": ("turn",),
-    "problem": ("Equilibrium",),
+    "problem": ("Equilibrium", "Ring"),
     "solution": ("EquilibriumSolution", "Status"),
     "statics.solve": ("solve",),
     "statics.initial_value": ("integrate",),
@@ -65,6 +65,7 @@ __all__ = [
     "PointForce",
     "PointMoment",
     "Rectangle",
+    "Ring",
     "Rod",
     "Roller",
     "Rotation",
@@ -102,7 +103,7 @@ if TYPE_CHECKING:
     )
     from darboux.material import Material
     from darboux.natural import Helix, frame_of_helix
-    from darboux.problem import Equilibrium
+    from darboux.problem import Equilibrium, Ring
     from darboux.profile import Table
     from darboux.rod import Rod
     from darboux.section import Circle, Ellipse, Rectangle, Stiffness, Tube

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 from darboux import frames
 
 Array = NDArray[np.float64]
+
+MOST_NODES = 4  # of an interpolant: order 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,63 +28,54 @@ class Curve:
     dy: Array
 
     def __call__(self, s: Array) -> Array:
-        """Return the states at s (m,): (m, 13), by the quintic that fits y and dy at three neighbouring nodes."""
+        """Return the states at s (m,): (m, 13), by the polynomial that fits y and dy at the four nodes around s.
+
+        Between jumps that enclose fewer nodes those are all that is fitted: then it is a quintic or a cubic.
+        """
         i = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
-        i = self._real_interval(i)
-        third = self._third_node(i)
-        return _hermite(
-            s,
-            [self.s[j] for j in (i, i + 1, third)],
-            [self.y[j] for j in (i, i + 1, third)],
-            [self.dy[j] for j in (i, i + 1, third)],
-            self._has_third(i),
-        )
+        i = self._wide[np.clip(np.searchsorted(self._wide, i), 0, len(self._wide) - 1)]  # off the intervals of no width
+        lowest, highest = self._smooth
+        lowest, highest = lowest[i], highest[i]
+        count = np.minimum(highest - lowest + 1, MOST_NODES)
+        first = np.clip(i - 1, lowest, highest - count + 1)
+        result = np.empty((len(s), self.y.shape[1]))
+        for n in np.unique(count):
+            here = count == n
+            at = first[here, None] + np.arange(n)
+            result[here] = _hermite(s[here], self.s[at], self.y[at], self.dy[at])
+        return result
 
-    def _widths(self) -> Array:
-        return np.diff(self.s)
+    @cached_property
+    def _wide(self) -> NDArray[np.intp]:
+        """The intervals that have a width; the others mark a jump."""
+        return np.flatnonzero(np.diff(self.s) > 0.0)
 
-    def _real_interval(self, i: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Step off the intervals of no width that mark a jump."""
-        real = np.flatnonzero(self._widths() > 0.0)
-        return real[np.clip(np.searchsorted(real, i), 0, len(real) - 1)]
-
-    def _sides(self, i: NDArray[np.intp]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        width = self._widths()
-        last = len(width) - 1
-        right = (i < last) & (width[np.minimum(i + 1, last)] > 0.0)
-        left = (i > 0) & (width[np.maximum(i - 1, 0)] > 0.0)
-        return left, right
-
-    def _third_node(self, i: NDArray[np.intp]) -> NDArray[np.intp]:
-        _, right = self._sides(i)
-        return np.where(right, np.minimum(i + 2, len(self.s) - 1), np.maximum(i - 1, 0))
-
-    def _has_third(self, i: NDArray[np.intp]) -> NDArray[np.bool_]:
-        left, right = self._sides(i)
-        return left | right
+    @cached_property
+    def _smooth(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The first and the last node between the jumps around each interval."""
+        jumps = np.flatnonzero(np.diff(self.s) == 0.0)
+        piece = np.searchsorted(jumps, np.arange(len(self.s) - 1))
+        return np.append(0, jumps + 1)[piece], np.append(jumps, len(self.s) - 1)[piece]
 
     def frames(self, s: Array) -> Array:
         """Return R (m, 3, 3) at s (m,)."""
         return frames.matrix_of_quaternion(self(s)[:, 3:7])
 
 
-def _hermite(
-    s: Array, nodes: list[Array], values: list[Array], slopes: list[Array], cubic_to_quintic: NDArray[np.bool_]
-) -> Array:
-    """Return the Newton form of the Hermite interpolant on x0, x0, x1, x1 (a cubic), x2, x2 (a quintic where told)."""
-    x0, x1, x2 = (x[:, None] for x in nodes)
-    x2 = np.where(cubic_to_quintic[:, None], x2, x1 + (x1 - x0))  # any point off the nodes: its terms are dropped
-    f0, f1, f2 = values
-    g0, g1, g2 = slopes
-    s = s[:, None]
-    f01 = (f1 - f0) / (x1 - x0)
-    f12 = (f2 - f1) / (x2 - x1)
-    a, b, c, d = g0, f01, g1, f12  # first differences, then the higher ones in place
-    e = g2
-    a2, b2, c2, d2 = (b - a) / (x1 - x0), (c - b) / (x1 - x0), (d - c) / (x2 - x1), (e - d) / (x2 - x1)
-    a3, b3, c3 = (b2 - a2) / (x1 - x0), (c2 - b2) / (x2 - x0), (d2 - c2) / (x2 - x1)
-    a4, b4 = (b3 - a3) / (x2 - x0), (c3 - b3) / (x2 - x0)
-    a5 = (b4 - a4) / (x2 - x0)
-    t0, t1, t2 = s - x0, s - x1, s - x2
-    quintic = np.where(cubic_to_quintic[:, None], t1 * (a4 + t2 * a5), 0.0)
-    return np.asarray(f0 + t0 * (a + t0 * (a2 + t1 * (a3 + quintic))))
+def _hermite(s: Array, x: Array, y: Array, dy: Array) -> Array:
+    """Return Newton's form of Hermite's interpolant at s (m,): nodes x (m, k), values y and slopes dy (m, k, 13)."""
+    z = np.repeat(x, 2, axis=1)
+    column = np.repeat(y, 2, axis=1)
+    n = z.shape[1]
+    leading = [column[:, 0]]
+    column = np.diff(column, axis=1)
+    column[:, ::2] = dy
+    column[:, 1::2] /= np.diff(x, axis=1)[:, :, None]
+    leading.append(column[:, 0])
+    for k in range(2, n):
+        column = np.diff(column, axis=1) / (z[:, k:] - z[:, :-k])[:, :, None]
+        leading.append(column[:, 0])
+    result = leading[-1]
+    for k in range(n - 2, -1, -1):
+        result = leading[k] + (s - z[:, k])[:, None] * result
+    return result

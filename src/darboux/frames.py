@@ -12,13 +12,13 @@ turn = 2.0 * np.pi  # rad, as in twist=4 * darboux.turn
 
 def matrix_of_quaternion(q: Array) -> Array:
     """Return R(q) / |q|^2 for q (..., 4): (..., 3, 3), columns d1, d2, d3. Scale-free: |q| need not be 1."""
-    w, x, y, z = np.moveaxis(q / np.linalg.norm(q, axis=-1, keepdims=True), -1, 0)
-    rows = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    w, x, y, z = (q[..., i] for i in range(4))
+    t = 2.0 / (w * w + x * x + y * y + z * z)
+    R = np.empty((*q.shape[:-1], 3, 3))
+    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = 1.0 - t * (y * y + z * z), t * (x * y - w * z), t * (x * z + w * y)
+    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = t * (x * y + w * z), 1.0 - t * (x * x + z * z), t * (y * z - w * x)
+    R[..., 2, 0], R[..., 2, 1], R[..., 2, 2] = t * (x * z - w * y), t * (y * z + w * x), 1.0 - t * (x * x + y * y)
+    return R
 
 
 def quaternion_of_matrix(R: Array) -> Array:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks
+from darboux import checks, frames
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.loads import Distributed, EndLoad, Foundation, LineCouple, LineForce, Load, breaks_of
@@ -31,13 +33,15 @@ class Equilibrium:
         n' + f = 0,   m' + r' x n + l = 0
 
     Arguments: ``rod`` a ``Rod``; ``start`` and ``end`` the supports at s = 0 and s = length; ``loads`` a sequence of
-    loads. Raises ``InvalidInput`` where nothing holds the rod or a load acts on a held end.
+    loads; ``between`` the supports between the ends, by their s in m, as in ``{0.1: Pinned((0, 0, 0.1))}``: what they hold is
+    the rod's point at that s. Raises ``InvalidInput`` where nothing holds the rod or a load acts on a held end.
     """
 
     rod: Rod
     start: Any = Clamped()
     end: Any = Free()
     loads: Any = ()
+    between: Any = ()
 
     def __post_init__(self) -> None:
         checks.instance("problem.rod", self.rod, Rod, "a Rod")
@@ -50,23 +54,54 @@ class Equilibrium:
             )
         for i, load in enumerate(loads):
             checks.instance(f"loads[{i}]", load, Load, "a load, such as Gravity() or EndForce((0, 0, -1))")
-        assign(self, loads=tuple(loads))
+        assign(self, loads=tuple(loads), between=self._checked_between())
         self._check_supports()
         self._check_loads()
         self._check_motions()
 
+    def _checked_between(self) -> tuple[tuple[float, Support], ...]:
+        between = dict(self.between) if isinstance(self.between, dict | tuple) else None
+        if between is None:
+            raise InvalidInput(
+                f"problem.between is {checks.shown(self.between)}; it must be supports by their s, such as "
+                "{0.1: Pinned((0, 0, 0.1))}."
+            )
+        result = []
+        for place, support in between.items():
+            s = checks.number("problem.between", place, "m")
+            checks.instance(f"problem.between[{s:g}]", support, Support, "a support, such as Pinned((0, 0, 0.1))")
+            if not 0.0 < s < self.rod.length:
+                raise InvalidInput(
+                    f"problem.between has a support at s = {s:g} m, but the rod runs from 0 to {self.rod.length:g} m; a support "
+                    "of an end is start or end."
+                )
+            if not support.holds:
+                raise InvalidInput(f"problem.between[{s:g}] is Free(), which holds nothing; leave it out.")
+            result.append((s, support))
+        return tuple(sorted(result, key=lambda pair: pair[0]))
+
+    @property
+    def supports(self) -> tuple[tuple[float, Support], ...]:
+        """All that holds the rod: (s in m, support), the ends first."""
+        ends = ((0.0, self.start), (self.rod.length, self.end))
+        return tuple((s, support) for s, support in (*ends, *self.between) if support.holds)
+
     def _check_supports(self) -> None:
-        if not (self.start.holds or self.end.holds):
+        if not self.supports:
             raise InvalidInput(
                 "problem.start and problem.end are both Free(); nothing holds the rod in place. "
                 "Clamp one end, as in start=Clamped()."
             )
-        if all(self.start.held_displacement) and all(self.end.held_displacement) and not self.rod.stretch:
-            distance = float(np.linalg.norm(np.array(self.end.position) - np.array(self.start.position)))
-            if distance > self.rod.length * (1.0 + 1e-12):
+        pinned = sorted((s, support.position) for s, support in self.supports if all(support.held_displacement))
+        for (a, here), (b, there) in itertools.pairwise(pinned if not self.rod.stretch else []):
+            distance = float(np.linalg.norm(np.array(there) - np.array(here)))
+            if distance > (b - a) * (1.0 + 1e-12):
+                ends = (a, b) == (0.0, self.rod.length)
+                what = "the ends are" if ends else f"the supports at s = {a:g} and {b:g} m are"
+                rod = f"the rod is {self.rod.length:g} m" if ends else f"the rod between them is {b - a:g} m"
                 raise InvalidInput(
-                    f"problem: the ends are {distance:g} m apart, but the rod is {self.rod.length:g} m long and does not "
-                    "stretch. Move them closer or set stretch=True."
+                    f"problem: {what} {distance:g} m apart, but {rod} long and does not stretch. Move them closer or set "
+                    "stretch=True."
                 )
 
     @property
@@ -77,7 +112,7 @@ class Equilibrium:
     def _check_motions(self) -> None:
         """Refuse supports that leave the rod a rigid translation that nothing draws back."""
         held = []
-        for support in (self.start, self.end):
+        for _, support in self.supports:
             if support.linear is not None:
                 held += list(np.array(support.linear))
             held += [support.displacement_axes[:, i] for i in range(3) if support.held_displacement[i]]
@@ -144,6 +179,13 @@ class Equilibrium:
             load.add_point(result.setdefault(load.station, EndLoad()))
         return result
 
+    @cached_property
+    def stations(self) -> dict[float, tuple[Support, EndLoad]]:
+        """The places between the ends where a support holds the rod or a point load acts: by s in m, ascending."""
+        between = dict(self.between)
+        places = sorted({*between, *self.points})
+        return {s: (between.get(s, Free()), self.points.get(s, EndLoad())) for s in places}
+
     @property
     def of_shape(self) -> tuple[LineForce | LineCouple, ...]:
         """The loads that are functions of the shape."""
@@ -200,9 +242,36 @@ class Equilibrium:
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """The arc lengths in m, between the ends, at which a table of the rod or of a load has a kink or a knot."""
+        """The arc lengths in m, between the ends, at which a table has a kink or a knot, or a station is."""
         inner = {s for load in self.loads for s in breaks_of(load) if 0.0 < s < self.rod.length}
-        return tuple(sorted(inner.union(self.rod.breaks, self.points)))
+        return tuple(sorted(inner.union(self.rod.breaks, self.stations)))
+
+
+@description
+class Ring(Equilibrium):
+    """A rod closed to a ring: its end meets its start, in place and frame, after a given link.
+
+        r(L) = r(0),   R(L) = R(0) turned about d3 by 2 pi link,   link = twist + writhe
+
+    The section at s = 0 is held at ``start``'s place and frame; without loads that costs nothing, as no force is needed
+    there. With loads the reaction, the sum of ``reactions.start`` and ``reactions.end``, says what held it. A link that is not
+    whole glues the ends at an angle. Contact of the rod with itself is left out, so a ring may pass through itself: its link
+    is then another one.
+
+    Arguments: ``rod``; ``link`` in turns, of either sign; ``start`` a ``Clamped``; ``loads`` and ``between`` as in
+    ``Equilibrium``. Raises ``InvalidInput``.
+    """
+
+    link: float = 0.0
+    end: Any = field(init=False, default=Free())
+
+    def __post_init__(self) -> None:
+        checks.instance("ring.start", self.start, Clamped, "a Clamped, which holds the section at s = 0")
+        link = checks.number("ring.link", self.link, "turns")
+        checks.instance("problem.rod", self.rod, Rod, "a Rod")
+        end = Clamped(self.start.position, frame=self.start.R, twist=self.start.twist + frames.turn * link)
+        assign(self, link=link, end=end)
+        super().__post_init__()
 
 
 def _named(support: Support) -> str:

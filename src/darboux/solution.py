@@ -41,10 +41,11 @@ class Reaction:
 
 @dataclass(frozen=True)
 class Reactions:
-    """The reactions at s = 0 and at s = length; zero where an end is free."""
+    """The reactions at s = 0 and s = length, zero where an end is free; ``between`` those between the ends, by s in m."""
 
     start: Reaction
     end: Reaction
+    between: dict[float, Reaction] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,15 @@ class Energy:
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """The estimated error of the answer: ``tip`` in m; None where the method gives none."""
+    """The estimated error of the answer: None where the method gives none.
+
+    ``tip`` in m, the largest of any position; ``reactions`` in N and ``moments`` in N m, the largest of any support.
+    """
 
     tip: float | None = None
+    reactions: float | None = None
+    moments: float | None = None
+    energy: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +194,19 @@ class EquilibriumSolution:
         L = self.problem.rod.length
         start = Reaction(-self.n(0.0), -self.m(0.0)) if self.problem.start.holds else zero
         end = Reaction(self.n(L), self.m(L)) if self.problem.end.holds else zero
-        return Reactions(start, end)
+        return Reactions(start, end, {s: self._reaction_at(s) for s, _ in self.problem.between})
+
+    def _reaction_at(self, s: float) -> Reaction:
+        """What a support between the ends does: the jump of n and m, less the point loads there."""
+        node = int(np.searchsorted(self.curve.s, s - 1e-12 * self.problem.rod.length))
+        before, behind = self.curve.y[node], self.curve.y[node + 1]
+        load, R = self.problem.stations[s][1], frames.matrix_of_quaternion(before[3:7])
+        force = load.force + R @ load.section_force
+        moment = load.moment + R @ load.section_moment
+        return Reaction(
+            before[7:10] - behind[7:10] - self.load_factor * force,
+            before[10:13] - behind[10:13] - self.load_factor * moment,
+        )
 
     @cached_property
     def energy(self) -> Energy:

@@ -2,19 +2,16 @@ r"""Gauss collocation of the rod equations: Newton's equations of a whole mesh, 
 
 On the element from x_i to x_i + h the states Y_j at Gauss' points meet
 
-    Y_j = y+ + h sum_l a_jl g(Y_l)                                                                   (1)
-    y_i+1 = y+ + sum_j d_j (Y_j - y+),      d = b A^-1                                               (2)
-
-with y+ the state behind node i, where point loads P + R p and point couples c + R d have taken their part,
-
-    n+ = n - P - R p,      m+ = m - c - R d.                                                         (3)
+    Y_j = y_i + h sum_l a_jl g(Y_l)                                                                  (1)
+    y_i+1 = y_i + sum_j d_j (Y_j - y_i),      d = b A^-1                                             (2)
 
 Newton's unknowns at a node are the 12 numbers (dr, phi, dn, dm), with the small rotation phi in the section's frame,
 dq = 1/2 q (0, phi). The stages are eliminated element by element (r, n and m first: then little fills in), which leaves
 
-    T_i delta_i - delta_i+1 = -g_i                                                                   (4)
+    T_i delta_i - delta_i+1 = -g_i                                                                   (3)
 
-to be eliminated forward with six conditions carried along; rows are exchanged within the 18 at hand, which is
+At a station, where a support holds the rod or a point load acts, the node stands twice; the joint between the two is an
+element of no width, whose twelve equations are given. All are to be eliminated forward with six conditions carried along; rows are exchanged within the 18 at hand, which is
 Gaussian elimination with partial pivoting of the whole matrix. Two right sides: the residual, and minus its derivative
 with respect to the load factor.
 
@@ -68,7 +65,6 @@ SIDES = 2  # right sides: the residual, and the load factor's
 R_, PHI, N_, M_ = 0, 3, 6, 9  # where the parts of the unknowns begin
 FEWEST_STAGES, MOST_STAGES = 2, 5
 SHAPED_COUPLE, SHAPED = 21, 42  # of a load that is a function of the shape: f, df/dr, df/dphi, then l likewise
-JUMPS = 12  # point loads of a node: P, p, c, d
 ROW = 2 * FREE + SIDES  # of the eliminated rows: 12 columns of the node, 12 of the next one, the right sides
 
 # The order in which the parts of a state are eliminated.
@@ -98,19 +94,6 @@ def _coefficients(table: Profile, piece: int, x: float, load_factor: float, c: A
     evaluate(table, piece, x, c)
     for j in range(DEAD_FORCE, WIDTH):
         c[j] *= load_factor
-
-
-@inline
-def _behind(y: Array, i: int, jumps: Array, at: int, load_factor: float, start: Array) -> None:
-    """(3): the state behind a node."""
-    for k in range(STATES):
-        start[k] = y[i + k]
-    R = rotation(quaternion(y, i + ROTATION))
-    P, p = vector(jumps, at), rotate(R, vector(jumps, at + 3))
-    c, d = vector(jumps, at + 6), rotate(R, vector(jumps, at + 9))
-    for k in range(3):
-        start[FORCE + k] -= load_factor * (P[k] + p[k])
-        start[MOMENT + k] -= load_factor * (c[k] + d[k])
 
 
 @inline
@@ -174,8 +157,9 @@ def _solve(W: Array, n: int, width: int) -> None:
 
 @jit
 def _stage_matrix(
-    method: int, stages: int, h: float, x: float, start: Array, Y: Array, at: int, table: Profile, piece: int,
-    shaped: Array, load_factor: float, yielding: float, W: Array, width: int, residual: int, by_load: int, w: Array,
+    method: int, stages: int, h: float, x: float, start: Array, Y: Array, at: int, table: Profile, relaxing: Profile,
+    piece: int, shaped: Array, load_factor: float, yielding: float, W: Array, width: int, residual: int, by_load: int,
+    w: Array,
 ) -> int:  # fmt: skip
     """Write 1 - h A (x) J, the residual of (1) and its derivative by the load factor; return the table's last piece."""
     n = STATES * stages
@@ -218,6 +202,13 @@ def _stage_matrix(
                 weight = h * METHODS[method + stages + j * stages + l]
                 for a in range(3):
                     W[(ORDER[POSITION + a] * stages + j) * width + by_load] += weight * dr[a]
+        if relaxing.coefficients.size > 0:
+            evaluate(relaxing, piece, place, w[256:259])
+            dq = half_product(quaternion(Y, y + ROTATION), vector(w, 256))
+            for j in range(stages):
+                weight = h * METHODS[method + stages + j * stages + l]
+                for a in range(4):
+                    W[(ORDER[ROTATION + a] * stages + j) * width + by_load] += weight * dq[a]
         if shaped.size > 0:
             at_shape = (y // STATES) * SHAPED
             for a in range(3):
@@ -245,42 +236,21 @@ def _response_sides(stages: int, start: Array, W: Array, width: int, column: int
                 W[(ORDER[ROTATION + b] * stages + j) * width + column + PHI + a] = dq[b]
 
 
-@inline
-def _jump_derivative(y: Array, i: int, jumps: Array, at: int, load_factor: float, T: Array, width: int) -> None:
-    """Multiply the 12 columns of T by the derivative of (3), and add minus (3)'s part of the load factor's side."""
-    R = rotation(quaternion(y, i + ROTATION))
-    P, p = vector(jumps, at), vector(jumps, at + 3)
-    c, d = vector(jumps, at + 6), vector(jumps, at + 9)
-    Rp, Rd = rotate(R, p), rotate(R, d)
-    for row in range(FREE):
-        t = row * width
-        by_factor = 0.0
-        for a in range(3):
-            by_factor += T[t + N_ + a] * (P[a] + Rp[a]) + T[t + M_ + a] * (c[a] + Rd[a])
-        T[t + 2 * FREE + 1] += by_factor
-        for a in range(3):
-            e = vector(UNIT, 3 - a)
-            dn, dm = rotate(R, cross(e, p)), rotate(R, cross(e, d))
-            change = 0.0
-            for b in range(3):
-                change += T[t + N_ + b] * dn[b] + T[t + M_ + b] * dm[b]
-            T[t + PHI + a] -= load_factor * change
-
-
 @jit
 def _element(
-    method: int, stages: int, i: int, x: Array, y: Array, Y: Array, jumps: Array, table: Profile, piece: int,
+    method: int, stages: int, i: int, x: Array, y: Array, Y: Array, table: Profile, relaxing: Profile, piece: int,
     shaped: Array, load_factor: float, yielding: float, start: Array, W: Array, w: Array, T: Array,
 ) -> int:  # fmt: skip
-    """(4): write the rows [T_i, -1, -gap, -d gap / d load factor] of one element, (12 x ROW,); return the table's piece."""
+    """(3): write the rows [T_i, -1, -gap, -d gap / d load factor] of one element, (12 x ROW,); return the table's piece."""
     n = STATES * stages
     width = n + FREE + SIDES
     node, h = i * STATES, x[i + 1] - x[i]
-    _behind(y, node, jumps, i * JUMPS, load_factor, start)
+    for k in range(STATES):
+        start[k] = y[node + k]
     at = i * stages * STATES
     piece = _stage_matrix(
-        method, stages, h, x[i], start, Y, at, table, piece, shaped, load_factor, yielding, W, width, n + FREE,
-        n + FREE + 1, w,
+        method, stages, h, x[i], start, Y, at, table, relaxing, piece, shaped, load_factor, yielding, W, width,
+        n + FREE, n + FREE + 1, w,
     )  # fmt: skip
     _response_sides(stages, start, W, width, n)
     _solve(W, n, width)
@@ -326,7 +296,6 @@ def _element(
             T[(PHI + a) * ROW + column] = sign * phi[a]
             T[(N_ + a) * ROW + column] = sign * S[(FORCE + a) * columns + k]
             T[(M_ + a) * ROW + column] = sign * S[(MOMENT + a) * columns + k]
-    _jump_derivative(y, node, jumps, i * JUMPS, load_factor, T, ROW)
     return piece
 
 
@@ -356,25 +325,26 @@ def _eliminate(V: Array, rows: int) -> float:
 
 @jit
 def sweep(
-    stages: int, x: Array, y: Array, Y: Array, jumps: Array, breaks: Array, coefficients: Array, degree: int,
-    shaped: Array, load_factor: float, yielding: float, carried: Array, factors: Array,
+    stages: int, x: Array, y: Array, Y: Array, breaks: Array, coefficients: Array, degree: int, relaxing: Array,
+    shaped: Array, load_factor: float, yielding: float, joints: Array, carried: Array, factors: Array,
 ) -> float:  # fmt: skip
     """Eliminate all elements; return the sign of the pivots.
 
-    x (N + 1,) nodes; y (N + 1, 13) flat; Y (N, stages, 13) flat; jumps (N + 1, 12) flat, not read at the ends; breaks,
-    coefficients and degree of the rod's table; shaped (N x stages x SHAPED,) the loads that are functions of the shape, or
-    empty; yielding the derivative of the compliance of stretch by the load factor; carried (6 x 14,) the six conditions
-    at the start and their right sides on entry, six conditions at the end on return; factors (N x 12 x ROW,) out, for
-    `back`.
+    x (N + 1,) nodes; y (N + 1, 13) flat; Y (N, stages, 13) flat; breaks, coefficients and degree of the rod's table;
+    relaxing (like the coefficients, of 3 columns) the derivative of k0 by the load factor, or empty; shaped
+    (N x stages x SHAPED,) the loads that are functions of the shape, or empty; yielding the derivative of the compliance
+    of stretch by the load factor; joints (12 x ROW for each element of no width,) their equations; carried
+    (6 x 14,) the six conditions at the start and their right sides on entry, six conditions at the end on return;
+    factors (N x 12 x ROW,) out, for `back`.
     """
-    table = Profile(breaks, coefficients, degree)
+    table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
     method = stages * PER_METHOD
     n = STATES * stages
     W, w, start = np.empty(n * (n + FREE + SIDES)), np.empty(320), np.empty(STATES)
     V = np.zeros(18 * ROW)
     T = V[6 * ROW :]
     sign = 1.0
-    piece = 0
+    piece, joint = 0, 0
     for i in range(x.size - 1):
         for row in range(6):
             for k in range(FREE):
@@ -382,7 +352,14 @@ def sweep(
                 V[row * ROW + FREE + k] = 0.0
             for k in range(SIDES):
                 V[row * ROW + 2 * FREE + k] = carried[row * (FREE + SIDES) + FREE + k]
-        piece = _element(method, stages, i, x, y, Y, jumps, table, piece, shaped, load_factor, yielding, start, W, w, T)
+        if x[i + 1] > x[i]:
+            piece = _element(
+                method, stages, i, x, y, Y, table, relaxed, piece, shaped, load_factor, yielding, start, W, w, T
+            )
+        else:
+            for k in range(FREE * ROW):
+                T[k] = joints[joint * FREE * ROW + k]
+            joint += 1
         sign *= _eliminate(V, 18)
         for k in range(FREE * ROW):
             factors[i * FREE * ROW + k] = V[k]
@@ -411,11 +388,11 @@ def back(factors: Array, delta: Array) -> None:
 
 @jit
 def advance(
-    stages: int, x: Array, y: Array, Y: Array, jumps: Array, breaks: Array, coefficients: Array, degree: int,
+    stages: int, x: Array, y: Array, Y: Array, breaks: Array, coefficients: Array, degree: int, relaxing: Array,
     shaped: Array, load_factor: float, yielding: float, delta: Array, change: float, part: float, y_new: Array, Y_new: Array,
 ) -> None:  # fmt: skip
     """Write the nodes and stages moved by `part` of the Newton step delta (N + 1, 12) flat and the load factor's change."""
-    table = Profile(breaks, coefficients, degree)
+    table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
     method = stages * PER_METHOD
     n = STATES * stages
     width = n + 2
@@ -423,24 +400,24 @@ def advance(
     dstart = np.empty(STATES)
     piece = 0
     for i in range(x.size - 1):
-        node, at, jump = i * STATES, i * stages * STATES, i * JUMPS
-        _behind(y, node, jumps, jump, load_factor, start)
-        h = x[i + 1] - x[i]
+        node, at, h = i * STATES, i * stages * STATES, x[i + 1] - x[i]
+        if h == 0.0:
+            for k in range(stages * STATES):
+                Y_new[at + k] = Y[at + k]
+            continue
+        for k in range(STATES):
+            start[k] = y[node + k]
         piece = _stage_matrix(
-            method, stages, h, x[i], start, Y, at, table, piece, shaped, load_factor, yielding, W, width, n,
-            n + 1, w,
+            method, stages, h, x[i], start, Y, at, table, relaxed, piece, shaped, load_factor, yielding, W, width,
+            n, n + 1, w,
         )  # fmt: skip
-        q = quaternion(y, node + ROTATION)
-        R, phi = rotation(q), vector(delta, i * FREE + PHI)
-        dq = half_product(q, phi)
+        dq = half_product(quaternion(y, node + ROTATION), vector(delta, i * FREE + PHI))
         for a in range(4):
             dstart[ROTATION + a] = dq[a]
-        dn, dm = rotate(R, cross(phi, vector(jumps, jump + 3))), rotate(R, cross(phi, vector(jumps, jump + 9)))
-        Rp, Rd = rotate(R, vector(jumps, jump + 3)), rotate(R, vector(jumps, jump + 9))
         for a in range(3):
             dstart[POSITION + a] = delta[i * FREE + R_ + a]
-            dstart[FORCE + a] = delta[i * FREE + N_ + a] - load_factor * dn[a] - change * (jumps[jump + a] + Rp[a])
-            dstart[MOMENT + a] = delta[i * FREE + M_ + a] - load_factor * dm[a] - change * (jumps[jump + 6 + a] + Rd[a])
+            dstart[FORCE + a] = delta[i * FREE + N_ + a]
+            dstart[MOMENT + a] = delta[i * FREE + M_ + a]
         for comp in range(STATES):
             for j in range(stages):
                 row = (ORDER[comp] * stages + j) * width
@@ -467,18 +444,100 @@ def advance(
 
 @jit
 def transfers(
-    stages: int, x: Array, y: Array, Y: Array, jumps: Array, breaks: Array, coefficients: Array, degree: int,
+    stages: int, x: Array, y: Array, Y: Array, breaks: Array, coefficients: Array, degree: int, relaxing: Array,
     shaped: Array, load_factor: float, yielding: float, transfer: Array,
 ) -> None:  # fmt: skip
-    """Write T_i of (4) for every element into transfer (N, 12, 12) flat; the other arguments as for `sweep`."""
-    table = Profile(breaks, coefficients, degree)
+    """Write T_i of (3) for every element that has a width into transfer (12 x 12 each,); else as for `sweep`."""
+    table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
     n = STATES * stages
     W, w, start, T = np.empty(n * (n + FREE + SIDES)), np.empty(320), np.empty(STATES), np.empty(FREE * ROW)
-    piece = 0
+    piece, at = 0, 0
     for i in range(x.size - 1):
+        if x[i + 1] == x[i]:
+            continue
         piece = _element(
-            stages * PER_METHOD, stages, i, x, y, Y, jumps, table, piece, shaped, load_factor, yielding, start, W, w, T
+            stages * PER_METHOD, stages, i, x, y, Y, table, relaxed, piece, shaped, load_factor, yielding, start, W, w, T
         )
         for row in range(FREE):
             for k in range(FREE):
-                transfer[(i * FREE + row) * FREE + k] = T[row * ROW + k]
+                transfer[at + row * FREE + k] = T[row * ROW + k]
+        at += FREE * FREE
+
+
+@jit
+def solve_last(last: Array, delta: Array) -> float:
+    """Solve the last twelve equations (12 x 14,) for delta (12 x SIDES,), by complete pivoting.
+
+    Returns the least pivot over the largest, with the sign of the determinant: where it is small, a free motion or a
+    bifurcation is near.
+    """
+    width = FREE + SIDES
+    order = np.arange(FREE)
+    sign, first, least = 1.0, 0.0, 0.0
+    for row in range(FREE):
+        size = 0.0
+        for k in range(FREE):
+            size += last[row * width + k] ** 2
+        over = 1.0 / np.sqrt(size)
+        for k in range(width):
+            last[row * width + k] *= over
+    for k in range(FREE):
+        best, pivot, column = -1.0, k, k
+        for i in range(k, FREE):
+            for j in range(k, FREE):
+                if abs(last[i * width + j]) > best:
+                    best, pivot, column = abs(last[i * width + j]), i, j
+        if k == 0:
+            first = best
+        least = best
+        if not best > 0.0:
+            return 0.0
+        if pivot != k:
+            sign = -sign
+            for j in range(width):
+                last[k * width + j], last[pivot * width + j] = last[pivot * width + j], last[k * width + j]
+        if column != k:
+            sign = -sign
+            order[k], order[column] = order[column], order[k]
+            for i in range(FREE):
+                last[i * width + k], last[i * width + column] = last[i * width + column], last[i * width + k]
+        if last[k * width + k] < 0.0:
+            sign = -sign
+        over = 1.0 / last[k * width + k]
+        for i in range(k + 1, FREE):
+            factor = last[i * width + k] * over
+            for j in range(k, width):
+                last[i * width + j] -= factor * last[k * width + j]
+    for side in range(SIDES):
+        for k in range(FREE - 1, -1, -1):
+            value = last[k * width + FREE + side]
+            for j in range(k + 1, FREE):
+                value -= last[k * width + j] * delta[order[j] * SIDES + side]
+            delta[order[k] * SIDES + side] = value / last[k * width + k]
+    return sign * least / first
+
+
+@jit
+def measure(y: Array, delta: Array, side: int) -> tuple[float, float]:
+    """Return the largest step of a vector at a node, in the units of the states, and the largest turn.
+
+    y (N + 1, 13) flat; delta (N + 1, 12, SIDES) flat, of which one side is measured. Places and frames are measured by 1,
+    forces and moments by 1 + their own largest. Not finite where a number is not.
+    """
+    steps, sizes = np.zeros(4), np.zeros(4)
+    total = 0.0
+    for i in range(y.size // STATES):
+        for part in range(4):
+            square = 0.0
+            for a in range(3):
+                square += delta[(i * FREE + 3 * part + a) * SIDES + side] ** 2
+            total += square
+            steps[part] = max(steps[part], square)
+        for part in range(2):
+            n = vector(y, i * STATES + FORCE + 3 * part)
+            sizes[2 + part] = max(sizes[2 + part], dot(n, n))
+    turn = np.sqrt(steps[1])
+    length = max(np.sqrt(steps[0]), 0.5 * turn)
+    for part in range(2, 4):
+        length = max(length, np.sqrt(steps[part]) / (1.0 + np.sqrt(sizes[part])))
+    return length + 0.0 * total, turn + 0.0 * total

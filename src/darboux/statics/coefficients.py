@@ -58,7 +58,7 @@ class Scale:
         L = problem.rod.length
         stiffness = problem.rod.stiffness(np.linspace(0.0, L, 17))
         EI = float(np.exp(np.mean(np.log(stiffness.EI1) + np.log(stiffness.EI2)) / 2.0))
-        held = problem.start if problem.start.holds else problem.end
+        _, held = problem.supports[0]
         return cls(L, EI / L**2, EI / L, np.array(held.position))
 
     def curve(self, x: Array, y: Array, dy: Array) -> Curve:
@@ -138,8 +138,26 @@ def table(problem: Equilibrium, scale: Scale) -> Table:
     """Return the coefficients of a problem as piecewise polynomials; one constant piece where nothing varies."""
     if problem.uniform:
         return Table(np.array([0.0, 1.0]), columns(problem, scale, np.array([0.5]))[:, None, :])
-    breaks = [0.0, *(s / scale.length for s in problem.breaks), 1.0]
-    return piecewise(lambda x: columns(problem, scale, x), breaks)
+    return piecewise(lambda x: columns(problem, scale, x), _breaks(problem, scale))
+
+
+def table_and_strain(problem: Equilibrium, scale: Scale, shape: Callable[[Array], Array]) -> tuple[Table, Array]:
+    """Return the coefficients, and k0 less another shape's curvature and twist in the same pieces (p, degree + 1, 3).
+
+    Argument: ``shape`` a function of x (n,) that returns k L (n, 3).
+    """
+
+    def both(x: Array) -> Array:
+        c = columns(problem, scale, x)
+        return np.concatenate([c, c[:, K0 : K0 + 3] - shape(x)], axis=1)
+
+    joint = piecewise(both, _breaks(problem, scale))
+    parts = joint.coefficients[:, :, :WIDTH], joint.coefficients[:, :, WIDTH:]
+    return Table(joint.breaks, np.ascontiguousarray(parts[0])), np.ascontiguousarray(parts[1])
+
+
+def _breaks(problem: Equilibrium, scale: Scale) -> list[float]:
+    return [0.0, *(s / scale.length for s in problem.breaks), 1.0]
 
 
 def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from darboux.problem import Equilibrium
+from darboux.problem import Equilibrium, Ring
 
 PUSHED = (
     "the rod is straight, inextensible and held at both ends, and nothing bends it to a side: pushed together it stays straight "
@@ -50,6 +50,10 @@ def beyond(problem: Equilibrium, method: str) -> str | None:
             return f"problem.{at} has {what}; {use}."
         if np.any(load.section_force) or np.any(load.section_moment):
             return f"a load on the {at} turns with the section (follower=True); {use}."
+    if isinstance(problem, Ring):
+        return f"the rod is closed to a Ring; {use}."
+    if problem.between:
+        return f"a support holds the rod between its ends, at s = {problem.between[0][0]:g} m; {use}."
     if problem.points:
         return f"a load acts at the point s = {next(iter(problem.points)):g} m; {use}."
     if problem.of_shape:

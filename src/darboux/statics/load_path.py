@@ -138,11 +138,16 @@ def _allowed(predicted: float) -> float:
     return min(LARGEST_CORRECTED_TURN, max(LARGEST_SHARE * predicted, UNSEEN_TURN))
 
 
-def ending(path: Path[State], method: str) -> tuple[str, str]:
-    """Return the status code and the sentence for the way a path ended."""
+def unstable_in(index: int | None) -> str:
+    """Return the sentence for an unstable equilibrium, with a space before it; nothing for a stable one."""
+    return f" It is unstable: {index} direction(s) lower its energy." if index else ""
+
+
+def ending(path: Path[State], method: str, origin: str = "the unloaded rod") -> tuple[str, str]:
+    """Return the status code and the sentence for the way a path ended that began with ``origin``."""
     percent = f"{np.floor(1e4 * path.load_factor) / 100.0:.4g} %"
     if path.load_factor >= 1.0:
-        message = "converged: the equilibrium that follows from the unloaded rod"
+        message = f"converged: the equilibrium that follows from {origin}"
         if path.crossings:
             a, b = path.crossings[0]
             later = f", and {len(path.crossings) - 1} times later on" if len(path.crossings) > 1 else ""
@@ -150,11 +155,10 @@ def ending(path: Path[State], method: str) -> tuple[str, str]:
                 f"; between {100.0 * a:.4g} % and {100.0 * b:.4g} % of the load{later} other equilibria branch off it, and its "
                 "stability changes"
             )
-        unstable = f" It is unstable: {path.index} direction(s) lower its energy." if path.index else ""
-        return "converged", f"{message}.{unstable}"
+        return "converged", f"{message}.{unstable_in(path.index)}"
     if path.load_factor == 0.0:
         return "no_convergence", (
-            f"{method} could not leave the unloaded rod: its equations are singular there, as for a straight inextensible "
+            f"{method} could not leave {origin}: its equations are singular there, as for a straight inextensible "
             "rod held at both ends. Bend it a little by a small load, or use DiscreteRod() with stretch=True."
         )
     if path.steps + path.rejected >= MOST_STEPS:
@@ -168,7 +172,7 @@ def ending(path: Path[State], method: str) -> tuple[str, str]:
             ".solution; try another method or a finer one, or load in another order."
         )
     return "folded", (
-        f"the equilibrium that follows from the unloaded rod ends at {percent} of the load: beyond a fold the rod snaps to "
+        f"the equilibrium that follows from {origin} ends at {percent} of the load: beyond a fold the rod snaps to "
         f"another shape. The last equilibrium is in .solution; lower the load below {percent}, or load in another order."
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,10 @@ STEEPEST = 3.0  # neighbouring elements differ at most by this factor in the den
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Nodes x (N + 1,) in [0, 1], states y (N + 1, 13) there and Y (N, stages, 13) at Gauss' points, dimensionless."""
+    """Nodes x (N + 1,) in [0, 1], states y (N + 1, 13) there and Y (N, stages, 13) at Gauss' points, dimensionless.
+
+    At a station the node stands twice, for the states before and behind it: an element of no width, a joint.
+    """
 
     x: Array
     y: Array
@@ -31,43 +34,66 @@ class Mesh:
         """How many Gauss' points an element has."""
         return int(self.Y.shape[1])
 
+    @cached_property
+    def wide(self) -> NDArray[np.bool_]:
+        """Which elements have a width: all but the joints (N,)."""
+        return np.diff(self.x) > 0.0
+
+    @cached_property
+    def joints(self) -> NDArray[np.intp]:
+        """The numbers of the joints, which are those of their first nodes."""
+        return np.flatnonzero(~self.wide)
+
     @property
     def elements(self) -> int:
-        """How many elements there are."""
-        return len(self.x) - 1
+        """How many elements have a width."""
+        return len(self.x) - 1 - len(self.joints)
 
     def at(self, x: Array) -> Array:
         """Return the states at x (n,) by the polynomials through the start and the stages of each element: (n, 13)."""
-        i = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, self.elements - 1)
+        i = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.x) - 2)
         local = (x - self.x[i]) / (self.x[i + 1] - self.x[i])
         values = np.concatenate([self.y[i][:, None], self.Y[i]], axis=1)
         return np.asarray(np.einsum("nj,njc->nc", _lagrange(self.stages, local), values))
 
     def laid(self, x: Array, stages: int | None = None) -> Mesh:
-        """Return the same solution on other nodes, as the guess of a new one."""
+        """Return the same solution on other nodes, as the guess of a new one; x holds each station twice."""
         stages = self.stages if stages is None else stages
         y = self.at(x)
         y[0], y[-1] = self.y[0], self.y[-1]
+        ours, theirs = self.joints, np.flatnonzero(np.diff(x) == 0.0)
+        y[theirs], y[theirs + 1] = self.y[ours], self.y[ours + 1]
         y[:, ROTATION:FORCE] /= np.linalg.norm(y[:, ROTATION:FORCE], axis=1, keepdims=True)
         return Mesh(x, y, self.at(stage_points(x, stages).ravel()).reshape(-1, stages, STATES))
 
+    def jointed(self, places: Array) -> Mesh:
+        """Return the mesh with the nodes at the places (n,) doubled, by a joint each."""
+        at = np.searchsorted(self.x, places)
+        Y = np.insert(self.Y, at, self.y[at][:, None], axis=0)
+        return Mesh(np.insert(self.x, at, self.x[at]), np.insert(self.y, at, self.y[at], axis=0), Y)
+
     def halved(self) -> Mesh:
         """Return the solution with every element halved."""
-        return self.laid(np.sort(np.concatenate([self.x, 0.5 * (self.x[1:] + self.x[:-1])])))
+        middle = 0.5 * (self.x[1:] + self.x[:-1])[self.wide]
+        return self.laid(np.sort(np.concatenate([self.x, middle])))
+
+    @property
+    def in_halves(self) -> NDArray[np.intp]:
+        """Where the nodes stand among those of the halved mesh: (N + 1,)."""
+        return np.concatenate([[0], np.cumsum(np.where(self.wide, 2, 1))])
 
     def roughness(self, breaks: Array) -> Array:
-        """Return, per element, the size of what its polynomials leave out, as h^(s+1) times the next derivative.
+        """Return, per element with a width, the size of what its polynomials leave out: h^(s+1) times the next derivative.
 
         The next derivative is taken from the jumps of the highest ones at the nodes, but for those at breaks
         (U. M. Ascher, J. Christiansen and R. D. Russell, Math. Comp. 33 (1979) 659, section 3).
         """
-        s, h = self.stages, np.diff(self.x)
-        c = np.concatenate([[0.0], METHODS[s * PER_METHOD : s * PER_METHOD + s]])
-        highest = np.array([1.0 / np.prod(c[j] - np.delete(c, j)) for j in range(s + 1)])
-        values = np.concatenate([self.y[:-1, None], self.Y], axis=1)
+        s, h = self.stages, np.diff(self.x)[self.wide]
+        _, highest = _points_and_weights(s)
+        values = np.concatenate([self.y[:-1, None], self.Y], axis=1)[self.wide]
         D = np.einsum("j,njc->nc", highest, values) / units(self.y) / h[:, None] ** s
         size = np.max(np.abs(np.diff(D, axis=0)), axis=1) / (0.5 * (h[1:] + h[:-1]))
-        size[np.isin(self.x[1:-1], breaks)] = 0.0
+        size[np.isin(self.x[:-1][self.wide][1:], breaks)] = 0.0
         next_one = np.zeros(self.elements)
         next_one[:-1] = size
         next_one[1:] = np.maximum(next_one[1:], size)
@@ -75,7 +101,9 @@ class Mesh:
 
     def redistributed(self, elements: int, breaks: Array) -> Mesh:
         """Return the solution on about so many elements, laid so that each leaves out as much as any other."""
-        return self.laid(better_nodes(self.x, self.roughness(breaks) ** (1.0 / (self.stages + 1)), elements, breaks))
+        wanted = self.roughness(breaks) ** (1.0 / (self.stages + 1))
+        x = better_nodes(np.unique(self.x), wanted, elements, breaks)
+        return self.laid(np.sort(np.concatenate([x, self.x[self.joints]])))
 
 
 def better_nodes(x: Array, wanted: Array, elements: int, breaks: Array) -> Array:

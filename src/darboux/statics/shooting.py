@@ -334,8 +334,9 @@ class _Pieces:
             )
             if code != 0:
                 return None
-        none = np.zeros((6, 6))
-        return stability.second_variation(_by_turns(transfer, state.y), self.problem, state.y, (none, none)).index
+        ends = ((0, self.problem.start), (len(transfer), self.problem.end))
+        held = {i: stability.Held.by(support, state.y[i, _Q]) for i, support in ends}
+        return stability.second_variation(_by_turns(transfer, state.y), held, force).index
 
     def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:
         """Solve J dy/d(load factor) = -dF/d(load factor), the right side by a difference of two passes."""

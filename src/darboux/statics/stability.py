@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from darboux import frames
+from darboux.kernels.inertia import negative_eigenvalues
 from darboux.problem import Equilibrium
 from darboux.supports import Support
 
@@ -55,43 +56,48 @@ def free_motions(support: Support, R: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class SecondVariation:
-    """The second variation over the nodes: blocks on the diagonal and beside it, the ends reduced to their free motions.
+class Held:
+    """What holds a node: its free motions (6, k) as columns, and the stiffness (6, 6) of its springs."""
 
-    ``diagonal`` holds (k, k) and ``beside`` (k', k), below it; ``ends`` the free motions at both ends; ``tolerance`` what
-    an eigenvalue must be below to count as negative.
+    motions: Array
+    stiffness: Array
+
+    @classmethod
+    def by(cls, support: Support, q: Array, stiffness: Array | None = None) -> Held:
+        """Return how a support holds a node with the quaternion q (4,)."""
+        R = frames.matrix_of_quaternion(q)
+        return cls(free_motions(support, R), np.zeros((6, 6)) if stiffness is None else stiffness)
+
+
+@dataclass(frozen=True)
+class SecondVariation:
+    """The second variation over the nodes: blocks on the diagonal and below it, reduced to the motions that are free.
+
+    ``diagonal`` (N + 1, 6, 6) and ``below`` (N, 6, 6), of which ``sizes`` (N + 1,) rows and columns count; ``held`` what holds a
+    node, by its number; ``tolerance`` what an eigenvalue must be below to count as negative.
     """
 
-    diagonal: list[Array]
-    beside: list[Array]
-    ends: tuple[Array, Array]
+    diagonal: Array
+    below: Array
+    sizes: NDArray[np.int64]
+    held: dict[int, Held]
     tolerance: float
 
     @property
     def index(self) -> int:
         """The number of negative directions."""
-        negative = 0
-        block = self.diagonal[0]
-        for i, own in enumerate(self.diagonal):
-            if i > 0:
-                block = (
-                    own if block.size == 0 else own - self.beside[i - 1] @ np.linalg.solve(block, self.beside[i - 1].T)
-                )
-            if block.size:
-                rounding = ROUNDING * float(np.max(np.abs(own)))
-                below = np.linalg.eigvalsh(0.5 * (block + block.T)) < -max(self.tolerance, rounding)
-                negative += int(np.count_nonzero(below))
-        return negative
+        blocks = self.diagonal.ravel(), self.below.ravel(), self.sizes
+        return int(negative_eigenvalues(*blocks, self.tolerance, ROUNDING))
 
     def lowest_mode(self) -> Array:
         """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue."""
-        sizes = [len(block) for block in self.diagonal]
-        starts = np.concatenate([[0], np.cumsum(sizes)])
+        starts = np.concatenate([[0], np.cumsum(self.sizes)])
         full = np.zeros((starts[-1], starts[-1]))
-        for i, block in enumerate(self.diagonal):
-            full[starts[i] : starts[i + 1], starts[i] : starts[i + 1]] = block
-        for i, block in enumerate(self.beside):
-            full[starts[i + 1] : starts[i + 2], starts[i] : starts[i + 1]] = block
+        for i, (a, b) in enumerate(itertools.pairwise(starts)):
+            full[a:b, a:b] = self.diagonal[i, : b - a, : b - a]
+            if i > 0:
+                before = starts[i - 1]
+                full[a:b, before:a] = self.below[i - 1, : b - a, : a - before]
         values, vectors = eigh(full, lower=True, subset_by_index=[0, 1])
         lowest, second = (self._spread(vectors[:, i], starts) for i in (0, 1))
         if values[1] - values[0] < SAME * abs(values[0]):  # any plane serves: take the one with the least along y
@@ -102,32 +108,34 @@ class SecondVariation:
 
     def _spread(self, vector: Array, starts: Array) -> Array:
         parts = [vector[a:b] for a, b in itertools.pairwise(starts)]
-        parts[0], parts[-1] = self.ends[0] @ parts[0], self.ends[1] @ parts[-1]
+        for i, held in self.held.items():
+            parts[i] = held.motions @ parts[i]
         return np.array(parts)
 
 
-def second_variation(transfer: Array, problem: Equilibrium, y: Array, springs: tuple[Array, Array]) -> SecondVariation:
+def second_variation(transfer: Array, held: dict[int, Held], largest_force: float) -> SecondVariation:
     """Return the second variation of an equilibrium.
 
-    Arguments: ``transfer`` (N, 12, 12), dimensionless, of the states (dr, theta, dn, dm); ``problem``; ``y`` (N + 1, 13)
-    the states at the nodes; ``springs`` the stiffness (6, 6) of the springs at the start and at the end.
+    Arguments: ``transfer`` (N, 12, 12), dimensionless, of the states (dr, theta, dn, dm); ``held`` what holds the nodes, by
+    their numbers 0 ... N; ``largest_force`` the largest inner force, dimensionless.
     """
     A, B = transfer[:, :6, :6], transfer[:, :6, 6:]
     C, D = transfer[:, 6:, :6], transfer[:, 6:, 6:]
     inverse = np.linalg.inv(B)
     K00, K01 = inverse @ A, -inverse
     K10, K11 = C - D @ K00, D @ inverse
-    sums = np.zeros((len(transfer) + 1, 6, 6))
-    sums[:-1] += K00
-    sums[1:] += K11
-    sums[0] += springs[0]
-    sums[-1] += springs[1]
-    diagonal = list(0.5 * (sums + sums.transpose(0, 2, 1)))
-    beside = list(0.5 * (K10 + K01.transpose(0, 2, 1)))
-    R = frames.matrix_of_quaternion(y[[0, -1], 3:7])
-    ends = free_motions(problem.start, R[0]), free_motions(problem.end, R[1])
-    diagonal[0], diagonal[-1] = ends[0].T @ diagonal[0] @ ends[0], ends[1].T @ diagonal[-1] @ ends[1]
-    beside[0] = beside[0] @ ends[0]
-    beside[-1] = ends[1].T @ beside[-1]
-    force = float(np.max(np.linalg.norm(y[:, 7:10], axis=1)))
-    return SecondVariation(diagonal, beside, ends, NEGATIVE * (1.0 + force))
+    diagonal = np.zeros((len(transfer) + 1, 6, 6))
+    diagonal[:-1] += K00
+    diagonal[1:] += K11
+    diagonal = 0.5 * (diagonal + diagonal.transpose(0, 2, 1))
+    below = 0.5 * (K10 + K01.transpose(0, 2, 1))
+    sizes = np.full(len(diagonal), 6)
+    for i, hold in held.items():
+        Z, k = hold.motions, hold.motions.shape[1]
+        sizes[i] = k
+        diagonal[i, :k, :k] = Z.T @ (diagonal[i] + hold.stiffness) @ Z
+        if i > 0:
+            below[i - 1, :k] = Z.T @ below[i - 1]
+        if i < len(below):
+            below[i, :, :k] = below[i] @ Z
+    return SecondVariation(diagonal, below, sizes, held, NEGATIVE * (1.0 + largest_force))

@@ -1,0 +1,234 @@
+r"""What a support asks of the state at an end: six conditions, and their derivatives.
+
+Unknowns of an end: dr, the small rotation phi in the section's frame (dq = 1/2 q (0, phi)), dn, dm. Each condition is
+one half of a conjugate pair: a displacement along an axis is prescribed or the force along it is known; a rotation
+about an axis is prescribed or the moment about it is known. With o = 1 at the end and -1 at the start, u = r - r0, dead
+loads F, M, follower loads p, d and springs K,
+
+    n - o lambda (F + R p) + o K u = 0                         along the free axes                   (1)
+    m - o lambda (M + R d) + o (the spring's moment) = 0       about the free axes                   (2)
+
+The prescribed pose r0, q0 moves with the load factor lambda at the rates r0', q0'.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels.algebra import (
+    Vector,
+    cross,
+    dot,
+    half_product,
+    minus,
+    plus,
+    quaternion,
+    rotate,
+    rotation,
+    scaled,
+    times,
+    turn,
+    unrotate,
+    vector,
+)
+from darboux.kernels.jit import inline, jit
+from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION, STATES, UNIT
+
+Array = NDArray[np.float64]
+
+FREE, CONDITIONS, SIDES = 12, 6, 2  # unknowns of an end, conditions, right sides
+ROW = FREE + SIDES  # of `conditions`: 12 columns, minus the value, minus the derivative by the load factor
+
+# Where the parts of a support's numbers begin. Axes stand one after the other; matrices row by row.
+OUTWARD, HELD, TURNED, GROOVE, SPRUNG = 0, 1, 4, 7, 8  # o; which displacements and rotations are held; two flags
+SLIDING_AXES, TURNING_AXES, LINEAR, ROTATIONAL = 9, 18, 27, 36
+DEAD_FORCE, DEAD_MOMENT, FOLLOWER_FORCE, FOLLOWER_MOMENT = 45, 48, 51, 54  # F, M, p, d
+PLACE, FRAME, PLACE_RATE, FRAME_RATE, NUMBERS = 57, 60, 64, 67, 71  # r0, q0, r0', q0'
+
+STEP = 1e-7  # of the unknowns, where derivatives are taken by differences: a groove that turns, a rotational spring
+
+
+@inline
+def _turned(q0: Array, i: int, q: Array, j: int) -> tuple[float, float, float, float]:
+    """conj(q0) q with a scalar part that is not negative."""
+    a, b, c, d = q0[i], q0[i + 1], q0[i + 2], q0[i + 3]
+    e, f, g, h = q[j], q[j + 1], q[j + 2], q[j + 3]
+    w = a * e + b * f + c * g + d * h
+    x = a * f - b * e - c * h + d * g
+    y = a * g - c * e - d * f + b * h
+    z = a * h - d * e - b * g + c * f
+    sign = -1.0 if w < 0.0 else 1.0
+    return sign * w, sign * x, sign * y, sign * z
+
+
+@jit
+def _spring_moment(support: Array, y: Array) -> Vector:
+    """Return the gradient of 1/2 theta . K theta by a small rotation of the fixed frame: J^-T(theta) K theta.
+
+    theta is the rotation vector from q0 to q in the fixed frame, and with the angle t = |theta|
+
+        J^-1 = 1 - 1/2 [theta x] + (1 - t / 2 cot(t / 2)) / t^2 [theta x]^2
+    """
+    w, a, b, c = _turned(support, FRAME, y, ROTATION)
+    axis = rotate(rotation(quaternion(support, FRAME)), (a, b, c))
+    sine = np.sqrt(dot(axis, axis))
+    t = 2.0 * np.arctan2(sine, w)
+    theta = scaled(t / sine if sine > 1e-9 else 2.0, axis)
+    factor = 1.0 / 12.0 if t < 1e-3 else (1.0 - 0.5 * t / np.tan(0.5 * t)) / t**2
+    moment = times(support, ROTATIONAL, theta)
+    first = cross(theta, moment)
+    return plus(plus(moment, scaled(0.5, first)), scaled(factor, cross(theta, first)))
+
+
+@jit
+def values(support: Array, y: Array, load_factor: float, out: Array) -> None:
+    """(1), (2) and the prescribed displacements and rotations: out (6,), to be zero at the state y (13,)."""
+    o = support[OUTWARD]
+    R, R0 = rotation(quaternion(y, ROTATION)), rotation(quaternion(support, FRAME))
+    u = minus(vector(y, 0), vector(support, PLACE))
+    force = plus(vector(support, DEAD_FORCE), rotate(R, vector(support, FOLLOWER_FORCE)))
+    moment = plus(vector(support, DEAD_MOMENT), rotate(R, vector(support, FOLLOWER_MOMENT)))
+    n = plus(minus(vector(y, FORCE), scaled(o * load_factor, force)), scaled(o, times(support, LINEAR, u)))
+    m = minus(vector(y, MOMENT), scaled(o * load_factor, moment))
+    if support[SPRUNG] != 0.0:
+        m = plus(m, scaled(o, _spring_moment(support, y)))
+    reaction = (0.0, 0.0, 0.0)
+    for i in range(3):
+        axis = vector(support, SLIDING_AXES + 3 * i)
+        if support[GROOVE] != 0.0:
+            axis = rotate(R, axis)
+        if support[HELD + i] != 0.0:
+            out[i] = dot(axis, u)
+            reaction = plus(reaction, scaled(dot(axis, n), axis))
+        else:
+            out[i] = dot(axis, n)
+    if support[GROOVE] != 0.0:  # its force acts off the end, at the point that is held
+        m = minus(m, cross(reaction, u))
+    first, second = vector(support, TURNING_AXES), vector(support, TURNING_AXES + 3)
+    if support[TURNED] == 0.0 and support[TURNED + 1] == 0.0 and support[TURNED + 2] != 0.0:  # a universal joint
+        b = rotate(R, unrotate(R0, second))
+        out[3], out[4], out[5] = dot(first, m), dot(b, m), dot(first, b)
+        return
+    _w, p, q, r = _turned(support, FRAME, y, ROTATION)
+    angle = scaled(2.0, rotate(R0, (p, q, r)))
+    for i in range(3):
+        axis = vector(support, TURNING_AXES + 3 * i)
+        out[3 + i] = dot(axis, angle if support[TURNED + i] != 0.0 else m)
+
+
+@jit
+def _write_displacements(support: Array, y: Array, load_factor: float, out: Array) -> None:
+    o = support[OUTWARD]
+    R = rotation(quaternion(y, ROTATION))
+    p, rate = vector(support, FOLLOWER_FORCE), vector(support, PLACE_RATE)
+    force = plus(vector(support, DEAD_FORCE), rotate(R, p))
+    for i in range(3):
+        row, axis = i * ROW, vector(support, SLIDING_AXES + 3 * i)
+        if support[HELD + i] != 0.0:
+            for a in range(3):
+                out[row + a] = axis[a]
+            out[row + FREE + 1] = dot(axis, rate)
+            continue
+        for a in range(3):
+            e = vector(UNIT, 3 - a)
+            out[row + a] = o * dot(axis, times(support, LINEAR, e))
+            out[row + 3 + a] = o * load_factor * dot(axis, rotate(R, cross(p, e)))
+            out[row + 6 + a] = axis[a]
+        out[row + FREE + 1] = o * (dot(axis, force) + dot(axis, times(support, LINEAR, rate)))
+
+
+@jit
+def _write_rotations(support: Array, y: Array, load_factor: float, out: Array) -> None:
+    o = support[OUTWARD]
+    q, q0 = quaternion(y, ROTATION), quaternion(support, FRAME)
+    R, R0 = rotation(q), rotation(q0)
+    d = vector(support, FOLLOWER_MOMENT)
+    moment = plus(vector(support, DEAD_MOMENT), rotate(R, d))
+    m = minus(vector(y, MOMENT), scaled(o * load_factor, moment))
+    w, x, z, v = _turned(support, FRAME, y, ROTATION)
+    relative = turn(q0, quaternion(support, FRAME_RATE))  # how the prescribed frame turns per unit of load factor
+    second = vector(support, TURNING_AXES + 3)
+    universal = support[TURNED] == 0.0 and support[TURNED + 1] == 0.0 and support[TURNED + 2] != 0.0
+    material = unrotate(R0, second)
+    for i in range(3):
+        row, axis = (3 + i) * ROW, vector(support, TURNING_AXES + 3 * i)
+        if universal and i > 0:
+            b = rotate(R, material)
+            b_rate = rotate(R, cross(material, relative))
+            first = vector(support, TURNING_AXES)
+            for a in range(3):
+                e = vector(UNIT, 3 - a)
+                db = rotate(R, cross(e, material))
+                if i == 1:
+                    out[row + 3 + a] = o * load_factor * dot(b, rotate(R, cross(d, e))) + dot(m, db)
+                    out[row + 9 + a] = b[a]
+                else:
+                    out[row + 3 + a] = dot(first, db)
+            out[row + FREE + 1] = o * dot(b, moment) - dot(m, b_rate) if i == 1 else -dot(first, b_rate)
+        elif support[TURNED + i] != 0.0:
+            # 2 vec(conj(q0) q (1, phi / 2)) = 2 vec + w phi + vec x phi
+            local = unrotate(R0, axis)
+            by_phi = plus(scaled(w, local), cross(local, (x, z, v)))
+            for a in range(3):
+                out[row + 3 + a] = by_phi[a]
+            by_frame = minus(cross(relative, (x, z, v)), scaled(w, relative))
+            out[row + FREE + 1] = -dot(local, by_frame)
+        else:
+            for a in range(3):
+                e = vector(UNIT, 3 - a)
+                out[row + 3 + a] = o * load_factor * dot(axis, rotate(R, cross(d, e)))
+                out[row + 9 + a] = axis[a]
+            out[row + FREE + 1] = o * dot(axis, moment)
+
+
+@jit
+def _write_by_differences(support: Array, y: Array, load_factor: float, out: Array) -> None:
+    """The rows by central differences, and the load factor's side."""
+    size = 1.0
+    for k in range(FORCE, STATES):
+        size = max(size, 1.0 + abs(y[k]))
+    moved, shifted = np.empty(STATES), np.empty(support.size)
+    ahead, behind = np.empty(CONDITIONS), np.empty(CONDITIONS)
+    for k in range(FREE + 1):
+        step = STEP * (1.0 if k < 6 or k == FREE else size)
+        for sign in (1.0, -1.0):
+            for i in range(STATES):
+                moved[i] = y[i]
+            for i in range(support.size):
+                shifted[i] = support[i]
+            if k < 3:
+                moved[k] += sign * step
+            elif k < 6:
+                dq = half_product(quaternion(y, ROTATION), scaled(sign * step, vector(UNIT, 6 - k)))
+                for a in range(4):
+                    moved[ROTATION + a] += dq[a]
+            elif k < FREE:
+                moved[k + 1] += sign * step
+            else:
+                for i in range(PLACE_RATE - PLACE):
+                    shifted[PLACE + i] += sign * step * support[PLACE_RATE + i]
+            factor = load_factor + (sign * step if k == FREE else 0.0)
+            values(shifted, moved, factor, ahead if sign > 0.0 else behind)
+        for i in range(CONDITIONS):
+            slope = (ahead[i] - behind[i]) / (2.0 * step)
+            if k < FREE:
+                out[i * ROW + k] = slope
+            else:
+                out[i * ROW + FREE + 1] = -slope
+
+
+@jit
+def conditions(support: Array, y: Array, load_factor: float, out: Array) -> None:
+    """Write the rows, minus the values, and minus the derivatives by the load factor: out (6 x ROW,)."""
+    for k in range(CONDITIONS * ROW):
+        out[k] = 0.0
+    if support[GROOVE] != 0.0 or support[SPRUNG] != 0.0:
+        _write_by_differences(support, y, load_factor, out)
+    else:
+        _write_displacements(support, y, load_factor, out)
+        _write_rotations(support, y, load_factor, out)
+    now = np.empty(CONDITIONS)
+    values(support, y, load_factor, now)
+    for i in range(CONDITIONS):
+        out[i * ROW + FREE] = -now[i]

@@ -1,0 +1,139 @@
+"""Shapes that a load path may begin with: the rod's own, a circle, or any curve that a user draws.
+
+A path that begins with another shape than the rod's own makes the rod free of stress in it, by lending it a natural
+curvature and twist, and takes that back while the loads and the supports' poses grow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from darboux import checks, frames
+from darboux.curve import Curve
+from darboux.errors import InvalidInput
+from darboux.problem import Equilibrium, Ring
+from darboux.solution import EquilibriumSolution
+from darboux.statics.coefficients import Scale
+
+Array = NDArray[np.float64]
+
+STEPS = 1000  # over which a shape is laid out
+SAMPLES = 129  # of a curve that is drawn
+
+
+@dataclass(frozen=True)
+class FirstShape:
+    """Curvature and twist k L as a function of x = s / L (n,) -> (n, 3), and where the start lies: r (3,), q (4,)."""
+
+    k: Callable[[Array], Array]
+    r: Array
+    q: Array
+
+    def states(self, x: Array) -> tuple[Array, Array]:
+        """Return places (n, 3) and quaternions (n, 4) at x (n,)."""
+        r, q = shape_of(self.k, x)
+        R = frames.matrix_of_quaternion(self.q)
+        return self.r + r @ R.T, frames.product(np.broadcast_to(self.q, q.shape), q)
+
+
+def shape_of(k: Callable[[Array], Array], x: Array) -> tuple[Array, Array]:
+    """Return places (n, 3) and quaternions (n, 4) at x (n,) of a curve that leaves the origin with d_i = e_i.
+
+    The frame turns by the mean of k over short steps; the places follow by Simpson's rule. Only a first guess.
+    """
+    steps = np.unique(np.concatenate([x, np.linspace(0.0, 1.0, STEPS + 1)]))
+    fine = np.sort(np.concatenate([steps, 0.5 * (steps[1:] + steps[:-1])]))
+    h = np.diff(fine)
+    q = frames.accumulated(frames.quaternion_of_turn(k(0.5 * (fine[1:] + fine[:-1])) * h[:, None]))
+    d3 = frames.matrix_of_quaternion(q)[:, :, 2]
+    moved = (h[::2] + h[1::2])[:, None] / 6.0 * (d3[:-1:2] + 4.0 * d3[1::2] + d3[2::2])
+    r = np.concatenate([np.zeros((1, 3)), np.cumsum(moved, axis=0)])
+    at = np.searchsorted(steps, x)
+    return r[at], q[::2][at]
+
+
+def circle(ring: Ring, scale: Scale) -> FirstShape:
+    """Return the round ring: its sections turn evenly about the centreline, by the link over the whole length.
+
+        k = 2 pi (cos(phi - 2 pi link x), sin(phi - 2 pi link x), link),    x = s / L
+
+    It bends to the side to which the natural shape bends, or about the softer axis at the start.
+    """
+    x = (np.arange(256) + 0.5) / 256.0
+    k0, stiffness = ring.rod.k0(x * scale.length), ring.rod.stiffness(x * scale.length)
+    turned = frames.turn * ring.link * x
+    mean = np.mean((k0[:, 0] + 1j * k0[:, 1]) * np.exp(1j * turned))
+    softer = 0.0 if np.mean(stiffness.EI1) <= np.mean(stiffness.EI2) else 0.5 * np.pi
+    phi = float(np.angle(mean)) if abs(mean) * scale.length > 1e-9 else softer
+
+    def k(x: Array) -> Array:
+        angle = phi - frames.turn * ring.link * x
+        return frames.turn * np.stack([np.cos(angle), np.sin(angle), np.full_like(x, ring.link)], axis=1)
+
+    return FirstShape(k, *_pose(ring, scale))
+
+
+def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
+    """Return the shape of a guess: a solution, a curve, or points (n, 3) in m along the rod."""
+    if isinstance(start, EquilibriumSolution):
+        start = start.curve
+    if isinstance(start, Curve):
+        s = np.linspace(0.0, float(start.s[-1]), SAMPLES)
+        y = start(s)
+        return _of_frames(s / s[-1], (y[0, :3] - scale.origin) / scale.length, frames.same_sign(y[:, 3:7]))
+    points = checks.real_array(start)
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2 or not np.all(np.isfinite(points)):
+        raise InvalidInput(
+            f"solve.start is {checks.shown(start)}; it must be a solution, a Curve, or two or more points (n, 3) in m."
+        )
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    if np.any(np.diff(along) <= 0.0):
+        raise InvalidInput("solve.start has the same point twice in a row; leave one out.")
+    x = np.linspace(0.0, 1.0, SAMPLES)
+    tangents = np.asarray(CubicSpline(along / along[-1], points)(x, 1))
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    R0 = problem.start.R if any(problem.start.held_rotation) else np.eye(3)
+    q = _carried(frames.quaternion_of_matrix(R0), tangents)
+    if any(problem.end.held_rotation):  # the least twist that meets the frame at the end
+        missing = frames.product(q[-1] * (1, -1, -1, -1), frames.quaternion_of_matrix(problem.end.R))
+        angle = 2.0 * np.arctan2(missing[3], missing[0])
+        angle = (angle + np.pi) % (2.0 * np.pi) - np.pi + problem.end.twist
+        spin = np.stack([np.cos(0.5 * angle * x), 0.0 * x, 0.0 * x, np.sin(0.5 * angle * x)], axis=1)
+        q = frames.product(q, spin)
+    return _of_frames(x, (points[0] - scale.origin) / scale.length, q)
+
+
+def _pose(problem: Equilibrium, scale: Scale) -> tuple[Array, Array]:
+    start = problem.start
+    return (np.array(start.position) - scale.origin) / scale.length, frames.quaternion_of_matrix(start.R)
+
+
+def _of_frames(x: Array, r: Array, q: Array) -> FirstShape:
+    """Return the shape whose frames are the quaternions q (n, 4) at x (n,)."""
+    relative = frames.product(q[:-1] * np.array([1.0, -1.0, -1.0, -1.0]), q[1:])
+    relative *= np.where(relative[:, :1] < 0.0, -1.0, 1.0)
+    sine = np.linalg.norm(relative[:, 1:], axis=1, keepdims=True)
+    turn = 2.0 * np.arctan2(sine, relative[:, :1]) / np.where(sine > 0.0, sine, 1.0) * relative[:, 1:]
+    middle = 0.5 * (x[1:] + x[:-1])
+    spline = CubicSpline(middle, turn / np.diff(x)[:, None])
+    return FirstShape(lambda x: np.asarray(spline(x)), r, q[0])
+
+
+def _carried(q: Array, tangents: Array) -> Array:
+    """Return quaternions (n, 4) whose d3 are the tangents (n, 3): q turned to the first, then each by the smallest angle."""
+    result = np.empty((len(tangents), 4))
+    for i, tangent in enumerate(tangents):
+        d3 = frames.matrix_of_quaternion(q)[:, 2]
+        axis, cosine = np.cross(d3, tangent), float(d3 @ tangent)
+        turn = np.concatenate([[1.0 + cosine], axis])
+        if cosine < -1.0 + 1e-12:
+            turn = np.concatenate([[0.0], frames.matrix_of_quaternion(q)[:, 0]])
+        q = frames.product(turn / np.linalg.norm(turn), q)
+        result[i] = q
+    return result
