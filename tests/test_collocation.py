@@ -11,7 +11,8 @@ import pytest
 
 import darboux as dx
 from darboux import frames
-from darboux.statics import collocation
+from darboux.statics.coefficients import Scale
+from darboux.statics.collocation_equations import Equations
 from darboux.statics.end_conditions import EndConditions, moved
 from tests import cases
 
@@ -75,7 +76,7 @@ def everything() -> dx.Equilibrium:
 def test_newtons_method_is_quadratic_with_every_load() -> None:
     """The size of each step is the square of the last, which holds for an exact Jacobian only."""
     problem = everything()
-    equations = collocation._Equations(problem, dx.Collocation())
+    equations = Equations(problem, stages=4)
     state = equations.unloaded()
     sizes = []
     mesh = state.mesh
@@ -96,7 +97,7 @@ def test_the_tangent_is_the_derivative_by_the_load() -> None:
         FLAT, end=dx.Clamped(position=(0.2, 0.1, 0.6), tangent=(1, 0, 1), twist=2.0), loads=[dx.Gravity((1, 0, 0))]
     )
     for problem in (everything(), posed):
-        equations = collocation._Equations(problem, dx.Collocation())
+        equations = Equations(problem, stages=4)
         mesh = equations.unloaded().mesh
         for i in range(10):
             step = equations.newton_step(mesh, 0.03 * i)
@@ -134,7 +135,7 @@ def test_rows_of_the_end_conditions_are_their_derivatives(name: str) -> None:
         else [dx.EndForce((1, 2, 3), follower=True), dx.EndMoment((0.3, 0.2, 0.1), follower=True)]
     )
     problem = dx.Equilibrium(UNIT, end=SUPPORTS[name], loads=loads)
-    conditions = EndConditions(problem.end, problem.end_load("end"), 1.0, collocation.Scale.of(problem))
+    conditions = EndConditions(problem.end, problem.end_load("end"), 1.0, Scale.of(problem))
     rng = np.random.default_rng(1)
     y = np.concatenate([(0.1, 0.0, 0.9), [1.0, 0, 0, 0], rng.normal(size=6)])
     y = moved(y, 0.3 * rng.normal(size=12))
@@ -193,7 +194,7 @@ def test_a_rotational_spring_gives_what_its_energy_says() -> None:
     """The work of the end moment over a small rotation is minus the change of 1/2 theta . K theta, at a large angle."""
     K = np.array([[2.0, 0.3, 0.1], [0.3, 3.0, 0.2], [0.1, 0.2, 4.0]])
     joint = dx.Equilibrium(UNIT, end=dx.Spring(rotational=K))
-    conditions = EndConditions(joint.end, joint.end_load("end"), 1.0, collocation.Scale.of(joint))
+    conditions = EndConditions(joint.end, joint.end_load("end"), 1.0, Scale.of(joint))
     q = frames.quaternion_of_turn(np.array([[0.9, -1.1, 0.7]]))[0]
     moment = conditions.values(np.concatenate([np.zeros(3), q, np.zeros(6)]), 1.0)[3:]
 

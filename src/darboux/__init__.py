@@ -27,6 +27,7 @@ _HOMES = {
     "problem": ("Equilibrium", "Ring"),
     "solution": ("EquilibriumSolution", "Status"),
     "statics.solve": ("solve",),
+    "statics.all_equilibria": ("solve_all",),
     "statics.initial_value": ("integrate",),
     "statics.shooting": ("Shooting",),
     "statics.collocation": ("Collocation",),
@@ -81,6 +82,7 @@ __all__ = [
     "frame_of_helix",
     "integrate",
     "solve",
+    "solve_all",
     "turn",
 ]
 
@@ -108,6 +110,7 @@ if TYPE_CHECKING:
     from darboux.rod import Rod
     from darboux.section import Circle, Ellipse, Rectangle, Stiffness, Tube
     from darboux.solution import EquilibriumSolution, Status
+    from darboux.statics.all_equilibria import solve_all
     from darboux.statics.collocation import Collocation
     from darboux.statics.discrete import DiscreteRod
     from darboux.statics.elastica import Elastica

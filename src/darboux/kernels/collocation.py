@@ -456,7 +456,22 @@ def transfers(
         if x[i + 1] == x[i]:
             continue
         piece = _element(
-            stages * PER_METHOD, stages, i, x, y, Y, table, relaxed, piece, shaped, load_factor, yielding, start, W, w, T
+            stages * PER_METHOD,
+            stages,
+            i,
+            x,
+            y,
+            Y,
+            table,
+            relaxed,
+            piece,
+            shaped,
+            load_factor,
+            yielding,
+            start,
+            W,
+            w,
+            T,
         )
         for row in range(FREE):
             for k in range(FREE):

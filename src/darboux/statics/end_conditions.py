@@ -40,7 +40,9 @@ class EndConditions:
         zero = np.zeros((3, 3))
         linear = zero if support.linear is None else np.array(support.linear) * scale.length / scale.force
         rotational = zero if support.rotational is None else np.array(support.rotational) / scale.moment
-        self.stiffness = np.block([[linear, zero], [zero, rotational]])  # of the springs, for (dr, theta), small rotations
+        self.stiffness = np.block(
+            [[linear, zero], [zero, rotational]]
+        )  # of the springs, for (dr, theta), small rotations
         groove, sprung = support.sliding == "section", support.rotational is not None
         flags = [outward, *support.held_displacement, *support.held_rotation, groove, sprung]
         axes = [support.displacement_axes.T.ravel(), support.rotation_axes.T.ravel()]

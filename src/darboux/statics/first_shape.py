@@ -79,6 +79,11 @@ def circle(ring: Ring, scale: Scale) -> FirstShape:
     return FirstShape(k, *_pose(ring, scale))
 
 
+def of_problem(problem: Equilibrium) -> FirstShape | None:
+    """Return the circle for a ring; None where the path begins with the natural shape."""
+    return circle(problem, Scale.of(problem)) if isinstance(problem, Ring) else None
+
+
 def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
     """Return the shape of a guess: a solution, a curve, or points (n, 3) in m along the rod."""
     if isinstance(start, EquilibriumSolution):

@@ -27,11 +27,11 @@ def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw:
     """Find the equilibrium that follows from the unloaded rod as all loads grow together, or the one next to a start.
 
     Arguments: ``problem`` an ``Equilibrium``; ``method`` ``Collocation()`` (the default), ``Shooting()``, ``Elastica()`` or
-    ``DiscreteRod()``; ``start`` None, or a guess for ``Collocation``: a solution of a problem like this one, from which Newton's
-    method sets out at full load, or a curve or points (n, 3) in m along the rod, in whose shape the rod is first made free of
-    stress, and followed while its own natural shape, the supports and the loads come in; ``throw`` whether a solve that does not converge raises. Returns an ``EquilibriumSolution``.
-    Raises ``InvalidInput`` where the method can't state the problem, and ``NotConverged``, whose ``solution`` holds
-    what was reached, unless ``throw`` is False.
+    ``DiscreteRod()``; ``start`` None, or a guess for ``Collocation``: a solution of a problem like this one, from which
+    Newton's method sets out at full load, or a curve or points (n, 3) in m along the rod, in whose shape the rod is first made
+    free of stress, and followed while its own natural shape, the supports and the loads come in; ``throw`` whether a
+    solve that does not converge raises. Returns an ``EquilibriumSolution``. Raises ``InvalidInput`` where the method can't
+    state the problem, and ``NotConverged``, whose ``solution`` holds what was reached, unless ``throw`` is False.
     """
     checks.instance("solve.problem", problem, Equilibrium, "an Equilibrium")
     method = checked_method("solve.method", Collocation() if method is None else method)
@@ -43,7 +43,9 @@ def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw:
     elif isinstance(method, Collocation):
         solution = method.solve(problem, start)
     else:
-        raise InvalidInput(f"solve.start came beside {method}, which sets out from the unloaded rod; use Collocation().")
+        raise InvalidInput(
+            f"solve.start came beside {method}, which sets out from the unloaded rod; use Collocation()."
+        )
     return solution.check() if throw else solution
 
 

@@ -1,0 +1,83 @@
+"""The answer on a mesh that is fine enough, and its estimated error."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels.rod_equations import FORCE, MOMENT
+from darboux.solution import ErrorEstimate
+from darboux.statics.collocation_equations import MOST_ELEMENTS, Equations
+from darboux.statics.mesh import Mesh, size, units
+
+Array = NDArray[np.float64]
+
+SURE = 4.0  # the estimated error is this many times what the order promises
+GAIN = 64.0  # of the curve between the nodes, at least, where they are halved
+ROUNDING = 2e-14  # no error below this is claimed, relative
+
+
+def refined(
+    equations: Equations, mesh: Mesh, rtol: float, even: int | None = None, first: bool = False
+) -> tuple[Mesh, ErrorEstimate] | None:
+    """Return the answer and its estimated error: meshes laid anew until the error is small enough.
+
+    With ``first`` the given mesh is tried before any other is laid.
+    """
+    sharp, order = max(1e-3 * rtol, 1e-13), 2 * mesh.stages
+    rough = sharp if even else max(0.1 * rtol, sharp)  # of the coarse mesh: divided by 2^order it is sharp enough
+    elements = even or min(mesh.elements, equations.elements_for(mesh))
+    for attempt in range(8):
+        guess = mesh if first and attempt == 0 else _laid_anew(equations, mesh, elements, even)
+        coarse = equations.newton(guess, 1.0, rough, most=20)
+        fine = None if coarse is None else equations.newton(coarse[0].halved(), 1.0, sharp, most=12)
+        if coarse is None or fine is None:
+            return None
+        mesh = fine[0]
+        gap = size(mesh.y[coarse[0].in_halves] - coarse[0].y, mesh.y)
+        error = max(SURE * gap / 2.0**order, ROUNDING)
+        if even or elements >= MOST_ELEMENTS or error <= rtol:
+            estimate = _error(equations, coarse[0], mesh, order)
+            return mesh if even else _dense(equations, coarse[0], mesh, rtol, sharp), estimate
+        elements = int(elements * np.clip(1.1 * (error / rtol) ** (1.0 / order), 1.2, 4.0)) + 1
+    return mesh, _error(equations, coarse[0], mesh, order)
+
+
+def _laid_anew(equations: Equations, mesh: Mesh, elements: int, even: int | None) -> Mesh:
+    if not even:
+        return mesh.redistributed(elements, equations.breaks)
+    x = np.unique(np.concatenate([np.linspace(0.0, 1.0, even + 1), equations.breaks]))
+    return mesh.laid(np.sort(np.concatenate([x, mesh.x[mesh.joints]])))
+
+
+def _dense(equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: float) -> Mesh:
+    """Halve the elements until the curve between the nodes is as good as the nodes are."""
+    scale = equations.scale
+    while fine.elements < MOST_ELEMENTS:
+        between = equations.curve(coarse, 1.0)(fine.x * scale.length)
+        unit = np.repeat([scale.length, 1.0, scale.force, scale.moment], [3, 4, 3, 3])
+        origin = np.concatenate([scale.origin, np.zeros(10)])
+        smooth = ~np.isin(fine.x, equations.breaks)
+        gap = size((between - origin)[smooth] / unit - fine.y[smooth], fine.y)
+        if gap <= GAIN * rtol:
+            break
+        finer = equations.newton(fine.halved(), 1.0, sharp, most=6)
+        if finer is None:
+            break
+        coarse, fine = fine, finer[0]
+    return fine
+
+
+def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorEstimate:
+    """Return what halving the elements changed, by the order's law, in SI units."""
+    share, scale = SURE / 2.0**order, equations.scale
+    gaps = np.abs(fine.y[coarse.in_halves] - coarse.y)
+    held = [0, *coarse.joints, *(coarse.joints + 1), len(coarse.x) - 1]
+    force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
+    unit = units(fine.y)
+    place = float(np.max(np.linalg.norm(gaps[:, :3], axis=1)))
+    return ErrorEstimate(
+        max(share * place, ROUNDING) * scale.length,
+        max(share * force, ROUNDING * unit[FORCE]) * scale.force,
+        max(share * moment, ROUNDING * unit[MOMENT]) * scale.moment,
+    )
