@@ -1,22 +1,23 @@
 r"""The static equations of a Kirchhoff or Cosserat rod, and their exact Jacobian.
 
 The state y holds r (3), q (4, scalar first), n (3) and m (3), the vectors in the fixed frame; R = R(q) has the
-directors as columns and does not depend on \|q\|. With the material's law in compliance form and affine loads,
+directors as columns and does not depend on \|q\|. With the section's law in compliance form and affine loads,
 
-    k = k0 + B^-1 R^T m        v = e3 + S^-1 R^T n                                                (1)
+    k = k0 + B^-1 M + D N      v = e3 + S^-1 N + D^T M,     N = R^T n,  M = R^T m                 (1)
     f = a + C r + R b          l = la + R lb                                                      (2)
     r' = R v                   q' = 1/2 q (0, k)         n' = -f         m' = n x r' - l          (3)
 
-The coefficients c(s) come as 36 columns, named below. S^-1 = 0 makes the rod inextensible and unshearable.
+The coefficients c(s) come as 45 columns, named below. S^-1 = 0 and D = 0 make the rod inextensible and unshearable. In
+a section whose two parts are coupled, D is not zero, and B^-1 and S^-1 stand for the blocks of its whole compliance.
 
 The Jacobian goes through the small rotation phi that dq makes, in components of the section's frame:
-dR = R [phi x], d(R^T m) = R^T m x phi. Seven entries of every row may differ from zero:
+dR = R [phi x], dM = M x phi. These blocks may differ from zero, those marked D only where D does:
 
               r   q   n   m
-        r' (  .   x   x   .  )
-        q' (  .   x   .   x  )                                                                    (4)
+        r' (  .   x   x   D  )
+        q' (  .   x   D   x  )                                                                    (4)
         n' (  x   x   .   .  )
-        m' (  .   x   x   .  )
+        m' (  .   x   x   D  )
 
 References: S. S. Antman, Nonlinear Problems of Elasticity, 2nd ed., Springer 2005, ch. VIII.
 """
@@ -43,6 +44,7 @@ from darboux.kernels.algebra import (
     rotation,
     symmetric_times,
     times,
+    transposed_times,
     turn,
     unrotate,
     vector,
@@ -56,9 +58,10 @@ POSITION, ROTATION, FORCE, MOMENT, STATES = 0, 3, 7, 10, 13  # r, q, n, m, and h
 
 # Where the parts of the coefficients c begin; symmetric matrices as 11, 22, 33, 23, 13, 12, others row by row.
 BINV, SINV, K0 = 0, 6, 12  # compliance in bending and twist, in shear and stretch; natural curvature and twist
-DEAD_FORCE, FORCE_GRADIENT, FOLLOWER_FORCE = 15, 18, 27  # a, C, b
-DEAD_MOMENT, FOLLOWER_MOMENT = 30, 33  # la, lb
-WIDTH = 36
+COUPLING = 15  # D: curvature and twist by the force
+DEAD_FORCE, FORCE_GRADIENT, FOLLOWER_FORCE = 24, 27, 36  # a, C, b
+DEAD_MOMENT, FOLLOWER_MOMENT = 39, 42  # la, lb
+WIDTH = 45
 
 UNIT = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # the unit vector number a is what begins at 3 - a
 
@@ -76,13 +79,25 @@ class Section(NamedTuple):
 
 
 @inline
+def _bending(c: Array, N: Vector, M: Vector) -> Vector:
+    """B^-1 M + D N."""
+    return plus(symmetric_times(c, BINV, M), times(c, COUPLING, N))
+
+
+@inline
+def _stretching(c: Array, N: Vector, M: Vector) -> Vector:
+    """S^-1 N + D^T M."""
+    return plus(symmetric_times(c, SINV, N), transposed_times(c, COUPLING, M))
+
+
+@inline
 def section(y: Array, i: int, c: Array) -> Section:
-    """(1): k = k0 + B^-1 R^T m, v = e3 + S^-1 R^T n, of the state that begins at y[i]."""
+    """(1) of the state that begins at y[i]."""
     q, n = quaternion(y, i + ROTATION), vector(y, i + FORCE)
     R = rotation(q)
     material_n, material_m = unrotate(R, n), unrotate(R, vector(y, i + MOMENT))
-    k = plus(vector(c, K0), symmetric_times(c, BINV, material_m))
-    v = plus((0.0, 0.0, 1.0), symmetric_times(c, SINV, material_n))
+    k = plus(vector(c, K0), _bending(c, material_n, material_m))
+    v = plus((0.0, 0.0, 1.0), _stretching(c, material_n, material_m))
     return Section(q, R, n, material_n, material_m, k, v)
 
 
@@ -117,14 +132,13 @@ def _columns_of_position(c: Array, J: Array) -> None:
 def _column_of_rotation(x: Section, dq: Quaternion, c: Array, J: Array, j: int) -> None:
     """One column, for the unit quaternion dq that turns the frame by phi.
 
-    dr' = R (phi x v + S^-1 (R^T n x phi))      dq' = 1/2 dq (0, k) + 1/2 q (0, B^-1 (R^T m x phi))
+    dr' = R (phi x v + S^-1 dN + D^T dM)        dq' = 1/2 dq (0, k) + 1/2 q (0, B^-1 dM + D dN)
     dn' = -R (phi x b)                          dm' = n x dr' - R (phi x lb)
     """
     phi = turn(x.q, dq)
-    dv = symmetric_times(c, SINV, cross(x.material_n, phi))
-    dr = rotate(x.R, plus(cross(phi, x.v), dv))
-    dk = symmetric_times(c, BINV, cross(x.material_m, phi))
-    by_turning, by_bending = half_product(dq, x.k), half_product(x.q, dk)
+    dN, dM = cross(x.material_n, phi), cross(x.material_m, phi)
+    dr = rotate(x.R, plus(cross(phi, x.v), _stretching(c, dN, dM)))
+    by_turning, by_bending = half_product(dq, x.k), half_product(x.q, _bending(c, dN, dM))
     put(J, POSITION * STATES + j, STATES, dr)
     for row in range(4):
         J[(ROTATION + row) * STATES + j] = by_turning[row] + by_bending[row]
@@ -134,17 +148,22 @@ def _column_of_rotation(x: Section, dq: Quaternion, c: Array, J: Array, j: int) 
 
 @inline
 def _column_of_force(x: Section, e: Vector, c: Array, J: Array, j: int) -> None:
-    """dr' = R S^-1 R^T e, dm' = n x dr' + e x r', for a unit force e."""
-    dr = rotate(x.R, symmetric_times(c, SINV, unrotate(x.R, e)))
+    """dr' = R S^-1 R^T e, dq' = 1/2 q (0, D R^T e), dm' = n x dr' + e x r', for a unit force e."""
+    dN = unrotate(x.R, e)
+    dr = rotate(x.R, symmetric_times(c, SINV, dN))
     put(J, POSITION * STATES + j, STATES, dr)
+    put_quaternion(J, ROTATION * STATES + j, STATES, half_product(x.q, times(c, COUPLING, dN)))
     put(J, MOMENT * STATES + j, STATES, plus(cross(x.n, dr), cross(e, rotate(x.R, x.v))))
 
 
 @inline
 def _column_of_moment(x: Section, e: Vector, c: Array, J: Array, j: int) -> None:
-    """dq' = 1/2 q (0, B^-1 R^T e), for a unit moment e."""
-    dq = half_product(x.q, symmetric_times(c, BINV, unrotate(x.R, e)))
-    put_quaternion(J, ROTATION * STATES + j, STATES, dq)
+    """dr' = R D^T R^T e, dq' = 1/2 q (0, B^-1 R^T e), dm' = n x dr', for a unit moment e."""
+    dM = unrotate(x.R, e)
+    dr = rotate(x.R, transposed_times(c, COUPLING, dM))
+    put(J, POSITION * STATES + j, STATES, dr)
+    put_quaternion(J, ROTATION * STATES + j, STATES, half_product(x.q, symmetric_times(c, BINV, dM)))
+    put(J, MOMENT * STATES + j, STATES, cross(x.n, dr))
 
 
 @inline
@@ -179,7 +198,7 @@ def _rows_times(
 
 @inline
 def jacobian_times(J: Array, x: Array, i: int, width: int, out: Array, j: int) -> None:
-    """J X for the matrix X of 13 rows of `width` that begins at x[i], by the blocks of (4)."""
+    """J X for the matrix X of 13 rows of `width` that begins at x[i], by the blocks of (4) where D = 0."""
     _rows_times(J, POSITION, 3, FORCE, x, i, width, out, j)
     _rows_times(J, ROTATION, 4, MOMENT, x, i, width, out, j)
     _rows_times(J, FORCE, 3, POSITION, x, i, width, out, j)
@@ -188,19 +207,19 @@ def jacobian_times(J: Array, x: Array, i: int, width: int, out: Array, j: int) -
 
 @jit
 def derivative(y: Array, c: Array, dy: Array) -> None:
-    """dy = y' by (3), of the state y (13,) with the coefficients c (36,)."""
+    """dy = y' by (3), of the state y (13,) with the coefficients c (45,)."""
     write_derivative(y, 0, c, dy, 0, 1)
 
 
 @jit
 def derivatives(y: Array, c: Array, dy: Array) -> None:
-    """The same for the states y (n x 13,), each with its own coefficients c (n x 36,)."""
+    """The same for the states y (n x 13,), each with its own coefficients c (n x 45,)."""
     for i in range(y.size // STATES):
         write_derivative(y, i * STATES, c[i * WIDTH : (i + 1) * WIDTH], dy, i * STATES, 1)
 
 
 @jit
 def jacobian(y: Array, c: Array, J: Array) -> None:
-    """J = d(y')/dy by (4), (13 x 13,) row by row, at the state y (13,) with the coefficients c (36,)."""
+    """J = d(y')/dy by (4), (13 x 13,) row by row, at the state y (13,) with the coefficients c (45,)."""
     J[:] = 0.0
     write_jacobian(y, 0, c, J)

@@ -19,6 +19,7 @@ from darboux.errors import InvalidInput
 from darboux.kernels import rod_equations
 from darboux.kernels.rod_equations import (
     BINV,
+    COUPLING,
     DEAD_FORCE,
     DEAD_MOMENT,
     FOLLOWER_FORCE,
@@ -26,6 +27,7 @@ from darboux.kernels.rod_equations import (
     FORCE,
     FORCE_GRADIENT,
     K0,
+    MOMENT,
     ROTATION,
     SINV,
     WIDTH,
@@ -94,10 +96,12 @@ class Table:
         return np.asarray(result)
 
     def least_stretch(self, x: Array, y: Array) -> float:
-        """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 of the states y (n, 13) at x (n,)."""
-        R = frames.matrix_of_quaternion(y[:, ROTATION:FORCE])
-        S = self(x)[:, SINV + np.array([4, 3, 2])]  # 13, 23, 33
-        return float(np.min(1.0 + np.einsum("ni,nji,nj->n", S, R, y[:, FORCE : FORCE + 3])))
+        """Return the least stretch v3 = 1 + (S^-1 R^T n + D^T R^T m)_3 of the states y (n, 13) at x (n,)."""
+        R, c = frames.matrix_of_quaternion(y[:, ROTATION:FORCE]), self(x)
+        S, D = c[:, SINV + np.array([4, 3, 2])], c[:, COUPLING + np.array([2, 5, 8])]  # 13, 23, 33 of both
+        by_force = np.einsum("ni,nji,nj->n", S, R, y[:, FORCE : FORCE + 3])
+        by_moment = np.einsum("ni,nji,nj->n", D, R, y[:, MOMENT : MOMENT + 3])
+        return float(np.min(1.0 + by_force + by_moment))
 
     def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
         """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""
@@ -113,11 +117,12 @@ def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:
         return np.repeat(columns(problem, scale, x[:1]), len(x), axis=0)
     s = x * scale.length
     L, force, moment = scale.length, scale.force, scale.moment
-    compliance, shear = problem.rod.compliance(s)
+    C = problem.rod.compliance(s)
     loads = problem.distributed(s)
     result = np.empty((len(x), WIDTH))
-    result[:, BINV : BINV + 6] = np.stack([compliance[:, i, j] for i, j in PAIRS], axis=1) * (moment * L)
-    result[:, SINV : SINV + 6] = np.stack([shear[:, i, j] for i, j in PAIRS], axis=1) * force
+    result[:, BINV : BINV + 6] = np.stack([C[:, 3 + i, 3 + j] for i, j in PAIRS], axis=1) * (moment * L)
+    result[:, SINV : SINV + 6] = np.stack([C[:, i, j] for i, j in PAIRS], axis=1) * force
+    result[:, COUPLING : COUPLING + 9] = C[:, 3:, :3].reshape(-1, 9) * moment
     result[:, K0 : K0 + 3] = problem.rod.k0(s) * L
     result[:, DEAD_FORCE : DEAD_FORCE + 3] = (loads.a + np.einsum("nij,j->ni", loads.C, scale.origin)) * (L / force)
     result[:, FORCE_GRADIENT : FORCE_GRADIENT + 9] = loads.C.reshape(len(x), 9) * (L**2 / force)

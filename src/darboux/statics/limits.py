@@ -40,6 +40,19 @@ def straight(problem: Equilibrium) -> str | None:
     return None if across else PUSHED
 
 
+def coupled(problem: Equilibrium, method: str, *, blocks: bool = False) -> str | None:
+    """Return why a method for sections without coupling can't state a problem, or None.
+
+    ``blocks`` says that it states full blocks of bending with twist and of stretch with shear, and only none between them.
+    """
+    C = problem.rod.compliance(np.linspace(0.0, problem.rod.length, 33))
+    mixed = C[:, 3:, :3] if blocks else C[:, ~np.eye(6, dtype=bool)]
+    if not np.any(mixed):
+        return None
+    what = "bending and twist with stretch and shear" if blocks else "bending, twist, stretch or shear with one another"
+    return f"{method} can't state this section: its StiffnessMatrix couples {what}; use Collocation()."
+
+
 def beyond(problem: Equilibrium, method: str) -> str | None:
     """Return why a method for clamped and free ends and loads along the rod or on its ends can't state a problem, or None."""
     use = f"use Collocation(). {method} states clamped and free ends, loads along the rod and dead loads on its ends"
