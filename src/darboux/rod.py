@@ -153,6 +153,13 @@ class Rod:
         C[np.ix_(range(len(s)), free, free)] = np.linalg.inv(K * units) * units
         return C
 
+    @cached_property
+    def coupled(self) -> bool:
+        """True where the section may couple bending and twist with stretch and shear."""
+        if not self.section.coupled or not (self.stretch or self.shear):
+            return False
+        return not self._same_section or bool(np.any(self.compliance(np.zeros(1))[:, 3:, :3]))
+
     @property
     def model(self) -> str:
         """The theory that the rod states, in words: methods are compared only where they solve the same."""

@@ -63,6 +63,7 @@ class Section:
     """What every section offers: its dimensions as profiles, its stiffness along s."""
 
     needs_material = True
+    coupled = False
 
     def profiles(self) -> dict[str, Profile]:
         """Return the section's own quantities along s, by field name."""
@@ -307,6 +308,7 @@ class StiffnessMatrix(Section):
     mass: Varying | None = None
 
     needs_material = False
+    coupled = True
 
     def __post_init__(self) -> None:
         self.profiles()

@@ -5,6 +5,7 @@ import pytest
 
 from darboux.kernels.rod_equations import (
     BINV,
+    COUPLING,
     DEAD_FORCE,
     DEAD_MOMENT,
     FOLLOWER_FORCE,
@@ -42,8 +43,9 @@ def reference(y, c):
     """The equations as they stand in the module, with matrices; also for complex arguments."""
     r, q, n, m = np.split(y, [3, 7, 10])
     R = rotation(q)
-    k = c[K0 : K0 + 3] + symmetric(c[BINV:]) @ R.T @ m
-    v = np.array([0, 0, 1]) + symmetric(c[SINV:]) @ R.T @ n
+    D = c[COUPLING : COUPLING + 9].reshape(3, 3)
+    k = c[K0 : K0 + 3] + symmetric(c[BINV:]) @ R.T @ m + D @ R.T @ n
+    v = np.array([0, 0, 1]) + symmetric(c[SINV:]) @ R.T @ n + D.T @ R.T @ m
     C = c[FORCE_GRADIENT : FORCE_GRADIENT + 9].reshape(3, 3)
     f = c[DEAD_FORCE : DEAD_FORCE + 3] + C @ r + R @ c[FOLLOWER_FORCE : FOLLOWER_FORCE + 3]
     couple = c[DEAD_MOMENT : DEAD_MOMENT + 3] + R @ c[FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3]

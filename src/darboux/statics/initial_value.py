@@ -44,7 +44,7 @@ def integrate(
 ) -> EquilibriumSolution:
     """Integrate the rod equations from s = 0, where all states are given, to the rod's end.
 
-        r' = R v,  R' = R [k]_x,  n' = -f,  m' = -r' x n - l,   k(0) = k0 + B^-1 R^T m(0) + D R^T n(0)
+        r' = R v,  R' = R [k]_x,  n' = -f,  m' = -r' x n - l,   m(0) = R B (k(0) - k0)
 
     Arguments: ``rod``; ``k`` (3,) curvature and twist at s = 0 in 1/m, section's frame; ``n`` (3,) inner force at
     s = 0 in N, fixed frame; ``position`` (3,) in m; ``frame`` (3, 3), columns d1, d2, d3 (default d_i = e_i);
@@ -61,12 +61,15 @@ def integrate(
     problem = Equilibrium(rod, start=clamp, loads=loads)
     if problem.of_shape or any(load.place is not None or load.station is not None for load in problem.loads):
         raise InvalidInput("integrate takes loads along the rod; at the start give n and k, at the end they come out.")
+    if rod.coupled:
+        raise InvalidInput(
+            "integrate can't state a section that couples bending and twist with stretch or shear; solve an Equilibrium instead."
+        )
     scale = Scale.of(problem)
     table = coefficients.table(problem, scale)
-    C = rod.compliance(np.zeros(1))[0]
+    B = np.linalg.inv(rod.compliance(np.zeros(1))[0, 3:, 3:])
+    moment = clamp.R @ (B @ (checks.array("integrate.k", k, (3,), "1/m") - rod.k0(np.zeros(1))[0]))
     force = checks.array("integrate.n", n, (3,), "N")
-    bent = checks.array("integrate.k", k, (3,), "1/m") - rod.k0(np.zeros(1))[0] - C[3:, :3] @ clamp.R.T @ force
-    moment = clamp.R @ np.linalg.solve(C[3:, 3:], bent)
     y0 = np.concatenate([np.zeros(3), frames.quaternion_of_matrix(clamp.R), force / scale.force, moment / scale.moment])
 
     began = time.perf_counter()

@@ -40,17 +40,15 @@ def straight(problem: Equilibrium) -> str | None:
     return None if across else PUSHED
 
 
-def coupled(problem: Equilibrium, method: str, *, blocks: bool = False) -> str | None:
-    """Return why a method for sections without coupling can't state a problem, or None.
-
-    ``blocks`` says that it states full blocks of bending with twist and of stretch with shear, and only none between them.
-    """
-    C = problem.rod.compliance(np.linspace(0.0, problem.rod.length, 33))
-    mixed = C[:, 3:, :3] if blocks else C[:, ~np.eye(6, dtype=bool)]
-    if not np.any(mixed):
-        return None
-    what = "bending and twist with stretch and shear" if blocks else "bending, twist, stretch or shear with one another"
-    return f"{method} can't state this section: its StiffnessMatrix couples {what}; use Collocation()."
+def coupled(problem: Equilibrium, method: str, *, bending_with_twist: bool = False) -> str | None:
+    """Return why a method can't state a coupled section, or None; ``bending_with_twist`` whether that coupling is one it can."""
+    what = "bending and twist with stretch or shear"
+    mixed = problem.rod.coupled
+    if not bending_with_twist:
+        what = "bending, twist, stretch or shear with one another"
+        C = problem.rod.compliance(np.linspace(0.0, problem.rod.length, 33))
+        mixed = mixed or bool(np.any(C[:, ~np.eye(6, dtype=bool)]))
+    return f"{method} can't state a section that couples {what}, as this StiffnessMatrix does; use Collocation()." if mixed else None
 
 
 def beyond(problem: Equilibrium, method: str) -> str | None:

@@ -74,7 +74,7 @@ class Shooting:
         """Return why this method can't state the problem, or None."""
         return (
             limits.beyond(problem, "Shooting")
-            or limits.coupled(problem, "Shooting", blocks=True)
+            or limits.coupled(problem, "Shooting", bending_with_twist=True)
             or limits.too_large(problem, "Shooting", LARGEST_LOAD)
         )
 
