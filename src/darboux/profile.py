@@ -103,7 +103,9 @@ class Profile:
 def evaluate(field: str, function: Callable[[Array], Any], s: Array, shape: tuple[int, ...]) -> Array:
     """Call a user's vectorised function of s and check what it returns: (n,) + shape, finite."""
     what = "Table" if isinstance(function, Table) else "function"
-    numbers = {(): "one real number", (3,): "three real numbers"}.get(shape, f"{' x '.join(map(str, shape))} real numbers")
+    numbers = {(): "one real number", (3,): "three real numbers"}.get(
+        shape, f"{' x '.join(map(str, shape))} real numbers"
+    )
     try:
         raw = function(s.copy())
         if isinstance(raw, tuple | list) and shape == (3,) and any(np.ndim(component) for component in raw):

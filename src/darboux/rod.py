@@ -29,9 +29,9 @@ class Rod:
         R^T m = B (k - k0),  B = diag(EI1, EI2, GJ);   v = (0, 0, 1) + S^-1 R^T n,  S = diag(GA1, GA2, EA)
 
     Arguments: ``length`` in m, unloaded; ``section`` a ``Circle``, ``Tube``, ``Rectangle``, ``Ellipse``, ``Stiffness`` or
-    ``StiffnessMatrix`` (with its law); ``material`` a ``Material`` (none beside the last two); ``natural`` the natural curvature and
-    twist k0 in 1/m, section's frame: None (straight), three numbers, a ``Helix``, a ``Table`` of (n, 3), or a function
-    of s that returns (n, 3); ``stretch`` and ``shear`` whether S^-1 keeps its part or is zero.
+    ``StiffnessMatrix`` (with its law); ``material`` a ``Material`` (none beside the last two); ``natural`` the natural
+    curvature and twist k0 in 1/m, section's frame: None (straight), three numbers, a ``Helix``, a ``Table`` of (n, 3), or
+    a function of s that returns (n, 3); ``stretch`` and ``shear`` whether S^-1 keeps its part or is zero.
     Raises ``InvalidInput``.
     """
 
@@ -44,7 +44,9 @@ class Rod:
 
     def __post_init__(self) -> None:
         length = checks.positive("rod.length", self.length, "m")
-        checks.instance("rod.section", self.section, Section, "a Circle, Tube, Rectangle, Ellipse, Stiffness or StiffnessMatrix")
+        checks.instance(
+            "rod.section", self.section, Section, "a Circle, Tube, Rectangle, Ellipse, Stiffness or StiffnessMatrix"
+        )
         if self.section.needs_material:
             checks.instance("rod.material", self.material, Material, "a Material, such as Material(E=1e6, nu=0.5)")
         elif self.material is not None:
@@ -90,10 +92,12 @@ class Rod:
                     f"the section's {name} is {wrong[0]:g} N m^2, out of the numbers' range; check the unit of its dimensions (m)."
                 )
         if self.stretch and stiffness.EA is None:
-            raise InvalidInput("rod.stretch is True, but section.EA is missing; give EA in N (a StiffnessMatrix: 6 x 6) or set stretch=False.")
+            raise InvalidInput(
+                "rod.stretch is True, but section.EA is missing; give EA in N (or a matrix of 6 x 6), or set stretch=False."
+            )
         if self.shear and (stiffness.GA1 is None or stiffness.GA2 is None):
             raise InvalidInput(
-                "rod.shear is True, but section.GA1 or GA2 is missing; give both in N (a StiffnessMatrix: 6 x 6) or set shear=False."
+                "rod.shear is True, but section.GA1 or GA2 is missing; give both in N (or a matrix of 6 x 6), or set shear=False."
             )
 
     def stiffness(self, s: Array) -> SectionStiffness:
@@ -133,7 +137,9 @@ class Rod:
         """Return the area in m^2 that the section takes from a fluid around it, at s (n,)."""
         area: Array | None = self.section.outer_area(np.asarray(s, dtype=float))
         if area is None:
-            raise InvalidInput(f"buoyancy.area is missing; a {type(self.section).__name__} section has no shape. Give the area in m^2.")
+            raise InvalidInput(
+                f"buoyancy.area is missing; a {type(self.section).__name__} section has no shape. Give the area in m^2."
+            )
         return area
 
     def compliance(self, s: Array) -> Array:

@@ -322,14 +322,13 @@ class StiffnessMatrix(Section):
 
     @cached_property
     def _size(self) -> int:
+        allowed = "it must be 6 x 6, forces first, or 3 x 3, bending and twist alone"
         try:
             shape = np.shape(self.matrix(np.zeros(1)) if callable(self.matrix) else self.matrix)
-        except Exception:  # a function that fails or a ragged list: the profile says so
-            return 6
+        except Exception as error:
+            raise InvalidInput(f"section.matrix failed with {type(error).__name__}: {error}; {allowed}.") from error
         if shape[-2:] not in ((3, 3), (6, 6)):
-            raise InvalidInput(
-                f"section.matrix has the shape {shape}; it must be 6 x 6, forces first, or 3 x 3, bending and twist alone."
-            )
+            raise InvalidInput(f"section.matrix has the shape {shape}; {allowed}.")
         return int(shape[-1])
 
     def outer_area(self, s: Array) -> None:
@@ -341,5 +340,7 @@ class StiffnessMatrix(Section):
         K = values["matrix"]
         full[:, -self._size :, -self._size :] = 0.5 * (K + K.transpose(0, 2, 1))
         GA1, GA2, EA, EI1, EI2, GJ = np.diagonal(full, axis1=1, axis2=2).T
-        given: Any = (EA, GA1, GA2) if self._size == 6 else (None, None, None)
-        return SectionStiffness(EI1, EI2, GJ, *given, values.get("mass"), full)
+        mass = values.get("mass")
+        if self._size == 3:
+            return SectionStiffness(EI1, EI2, GJ, None, None, None, mass, full)
+        return SectionStiffness(EI1, EI2, GJ, EA, GA1, GA2, mass, full)

@@ -42,13 +42,16 @@ def straight(problem: Equilibrium) -> str | None:
 
 def coupled(problem: Equilibrium, method: str, *, bending_with_twist: bool = False) -> str | None:
     """Return why a method can't state a coupled section, or None; ``bending_with_twist`` whether that coupling is one it can."""
-    what = "bending and twist with stretch or shear"
-    mixed = problem.rod.coupled
+    what, mixed = "bending and twist with stretch or shear", problem.rod.coupled
     if not bending_with_twist:
-        what = "bending, twist, stretch or shear with one another"
         C = problem.rod.compliance(np.linspace(0.0, problem.rod.length, 33))
-        mixed = mixed or bool(np.any(C[:, ~np.eye(6, dtype=bool)]))
-    return f"{method} can't state a section that couples {what}, as this StiffnessMatrix does; use Collocation()." if mixed else None
+        what, mixed = (
+            "bending, twist, stretch or shear with one another",
+            mixed or bool(np.any(C[:, ~np.eye(6, dtype=bool)])),
+        )
+    if not mixed:
+        return None
+    return f"{method} can't state a section that couples {what}, as this StiffnessMatrix does; use Collocation()."
 
 
 def beyond(problem: Equilibrium, method: str) -> str | None:
