@@ -69,8 +69,7 @@ def marched(solution, start=0.0, stop=None, places=()):
         place = np.array([min(max(s, 0.0), problem.rod.length)])
         w, v, n, m = y[3], y[4:7], y[7:10], y[10:13]
         R = SpaceRotation.from_quat([*v, w]).as_matrix()
-        B, _ = problem.rod.compliance(place)
-        k = problem.rod.k0(place)[0] + B[0] @ R.T @ m
+        k = problem.rod.k0(place)[0] + problem.rod.compliance(place)[0, 3:, 3:] @ R.T @ m
         loads = problem.distributed(place)
         dq = 0.5 * np.array([-v @ k, *(w * k + np.cross(v, k))])
         return np.concatenate([R[:, 2], dq, -loads.a[0], -np.cross(R[:, 2], n) - loads.la[0]])

@@ -15,7 +15,7 @@ _HOMES = {
     "errors": ("InvalidInput", "NotConverged"),
     "profile": ("Table",),
     "material": ("Material",),
-    "section": ("Circle", "Tube", "Rectangle", "Ellipse", "Stiffness"),
+    "section": ("Circle", "Tube", "Rectangle", "Ellipse", "Stiffness", "StiffnessMatrix"),
     "natural": ("Helix", "frame_of_helix"),
     "rod": ("Rod",),
     "supports": ("Clamped", "Free", "Guided", "Hinge", "Pinned", "Roller", "Slider", "Spring", "Universal"),
@@ -75,6 +75,7 @@ __all__ = [
     "Spring",
     "Status",
     "Stiffness",
+    "StiffnessMatrix",
     "Table",
     "Tube",
     "Universal",
@@ -108,7 +109,7 @@ if TYPE_CHECKING:
     from darboux.problem import Equilibrium, Ring
     from darboux.profile import Table
     from darboux.rod import Rod
-    from darboux.section import Circle, Ellipse, Rectangle, Stiffness, Tube
+    from darboux.section import Circle, Ellipse, Rectangle, Stiffness, StiffnessMatrix, Tube
     from darboux.solution import EquilibriumSolution, Status
     from darboux.statics.all_equilibria import solve_all
     from darboux.statics.collocation import Collocation

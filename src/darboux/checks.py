@@ -19,6 +19,8 @@ Vector = tuple[float, float, float]
 P = ParamSpec("P")
 T = TypeVar("T")
 
+ASYMMETRY, SINGULAR = 1e-9, 1e-12  # of a stiffness matrix, its diagonal scaled to one: rounding of what was typed
+
 
 def shown(value: object) -> str:
     """Return a value as a person would read it back: short, numbers without type names."""
@@ -160,6 +162,30 @@ def stiffness_matrix(field: str, value: object, unit: str) -> tuple[Vector, ...]
         raise InvalidInput(f"{field} is {shown(value)}; a stiffness must be positive, in no direction negative.")
     rows = (0.5 * (matrix + matrix.T)).tolist()
     return tuple((x, y, z) for x, y, z in rows)
+
+
+def definite(field: str, matrices: NDArray[np.float64], places: Iterable[str]) -> None:
+    """Check that finite matrices (n, k, k) are symmetric and positive definite, whatever the units of rows and columns."""
+    for matrix, place in zip(matrices, places, strict=True):
+        diagonal = np.diagonal(matrix)
+        if np.min(diagonal) <= 0.0:
+            row = int(np.argmin(diagonal))
+            raise InvalidInput(
+                f"{field} has {diagonal[row]:g} on its diagonal, in row {row + 1}{place}; a stiffness must be positive."
+            )
+        unit = np.sqrt(diagonal)
+        pure = matrix / unit / unit[:, None]
+        if np.max(np.abs(pure - pure.T)) > ASYMMETRY:
+            i, j = np.unravel_index(np.argmax(np.abs(pure - pure.T)), pure.shape)
+            raise InvalidInput(
+                f"{field} is not symmetric{place}: {matrix[i, j]:g} in row {i + 1}, column {j + 1}, but {matrix[j, i]:g} "
+                "across the diagonal; a stiffness matrix must be."
+            )
+        if np.linalg.eigvalsh(pure)[0] < SINGULAR:
+            raise InvalidInput(
+                f"{field} is not positive definite{place}: some strain would cost no energy. Its couplings are too large "
+                "beside its diagonal; check their units."
+            )
 
 
 def instance(field: str, value: object, kind: type | tuple[type, ...], allowed: str) -> Any:

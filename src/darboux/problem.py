@@ -237,8 +237,8 @@ class Equilibrium:
 
     def _columns(self, s: Array) -> Array:
         """Return all that varies along the rod, side by side."""
-        loads, (B, _) = self.distributed(s), self.rod.compliance(s)
-        return np.concatenate([loads.a, loads.b, loads.la, loads.lb, self.rod.k0(s), B.reshape(-1, 9)], axis=1)
+        loads, C = self.distributed(s), self.rod.compliance(s)
+        return np.concatenate([loads.a, loads.b, loads.la, loads.lb, self.rod.k0(s), C.reshape(-1, 36)], axis=1)
 
     @property
     def breaks(self) -> tuple[float, ...]:

@@ -21,8 +21,8 @@ Varying = Any  # a number or vector, a Table, or a function of s; checked by `pr
 class Table:
     """A quantity given at points along the rod and interpolated between them.
 
-    Arguments: ``s`` (n,) ascending arc lengths in m, the first 0 and the last the rod's length; ``values`` (n,) or
-    (n, 3) in the quantity's unit; ``interpolation`` "linear" (kinks at the points) or "cubic" (a smooth spline).
+    Arguments: ``s`` (n,) ascending arc lengths in m, the first 0 and the last the rod's length; ``values`` (n,), (n, 3),
+    (n, 3, 3) or (n, 6, 6) in the quantity's unit; ``interpolation`` "linear" (kinks at the points) or "cubic" (a smooth spline).
     Raises ``InvalidInput`` where s does not ascend or the lengths differ.
     """
 
@@ -41,20 +41,20 @@ class Table:
         checks.choice("Table.interpolation", self.interpolation, ("linear", "cubic"))
         if s.ndim != 1 or len(s) < 2 or np.any(np.diff(s) <= 0.0) or not np.all(np.isfinite(s)):
             raise InvalidInput("Table.s must hold at least two finite arc lengths in ascending order; sort it first.")
-        if values.shape not in ((len(s),), (len(s), 3)):
+        if values.shape[:1] != s.shape or values.shape[1:] not in ((), (3,), (3, 3), (6, 6)):
             raise InvalidInput(
-                f"Table.values has the shape {values.shape}; it must hold {len(s)} numbers or {len(s)} x 3, like Table.s."
+                f"Table.values has the shape {values.shape}; it must hold {len(s)} numbers or {len(s)} x 3, like Table.s, or as "
+                "many matrices of 3 x 3 or 6 x 6."
             )
         if not np.all(np.isfinite(values)):
             place = int(np.argmax(~np.isfinite(values.reshape(len(s), -1)).all(axis=1)))
             raise InvalidInput(
                 f"Table.values is not finite at s = {s[place]:g} m (row {place}); mend or leave out that row."
             )
-        nested = tuple(map(tuple, values.tolist())) if values.ndim == 2 else tuple(values.tolist())
-        assign(self, s=tuple(s.tolist()), values=nested)
+        assign(self, s=tuple(s.tolist()), values=_tuples(values.tolist()))
 
     def __call__(self, s: Array) -> Array:
-        """Return the interpolated values at s: (m,) or (m, 3)."""
+        """Return the interpolated values at s: (m,), (m, 3), ...."""
         from scipy.interpolate import CubicSpline, make_interp_spline
 
         if self.interpolation == "cubic":
@@ -63,7 +63,7 @@ class Table:
 
 
 class Profile:
-    """A checked quantity along the rod, of shape () or (3,): call it with s (n,) to get (n,) or (n, 3)."""
+    """A checked quantity along the rod, of shape (), (3,), ...: call it with s (n,) to get (n,), (n, 3), ...."""
 
     def __init__(self, field: str, value: Varying, shape: tuple[int, ...], unit: str, sign: str) -> None:
         self.field, self.shape, self.unit, self.sign = field, shape, unit, sign
@@ -85,6 +85,9 @@ class Profile:
     def _check(self, values: Array, came: object, s: Array | None = None) -> None:
         if self.sign == "any":
             return
+        if self.sign == "definite":
+            checks.definite(self.field, values, [""] if s is None else [f" at s = {place:g} m" for place in s])
+            return
         bad = values <= 0.0 if self.sign == "positive" else values < 0.0
         if not np.any(bad):
             return
@@ -100,6 +103,9 @@ class Profile:
 def evaluate(field: str, function: Callable[[Array], Any], s: Array, shape: tuple[int, ...]) -> Array:
     """Call a user's vectorised function of s and check what it returns: (n,) + shape, finite."""
     what = "Table" if isinstance(function, Table) else "function"
+    numbers = {(): "one real number", (3,): "three real numbers"}.get(
+        shape, f"{' x '.join(map(str, shape))} real numbers"
+    )
     try:
         raw = function(s.copy())
         if isinstance(raw, tuple | list) and shape == (3,) and any(np.ndim(component) for component in raw):
@@ -110,7 +116,7 @@ def evaluate(field: str, function: Callable[[Array], Any], s: Array, shape: tupl
     except Exception as error:
         raise InvalidInput(
             f"{field} is a function that failed on an array of {len(s)} arc lengths: {type(error).__name__}: {error}. "
-            f"It must take a NumPy array s and return {'three real numbers' if shape else 'one real number'} for each."
+            f"It must take a NumPy array s and return {numbers} for each."
         ) from error
     if values.shape == shape:  # a function that returns a constant
         values = np.broadcast_to(values, (len(s), *shape)).copy()
@@ -147,9 +153,17 @@ def vector(field: str, value: Varying, unit: str = "") -> Profile:
     return Profile(field, value, (3,), unit, "any")
 
 
+def matrix(field: str, value: Varying, size: int) -> Profile:
+    """Return the profile of a symmetric, positive definite matrix."""
+    return Profile(field, value, (size, size), "", "definite")
+
+
 def frozen(value: Varying) -> Varying:
     """Return a value that can be hashed: arrays and lists become tuples, tables and functions stay."""
     if callable(value) or value is None or isinstance(value, str):
         return value
-    nested = np.asarray(value, dtype=float).tolist()
-    return tuple(nested) if isinstance(nested, list) else nested
+    return _tuples(np.asarray(value, dtype=float).tolist())
+
+
+def _tuples(nested: Any) -> Any:
+    return tuple(map(_tuples, nested)) if isinstance(nested, list) else nested

@@ -28,10 +28,10 @@ class Rod:
 
         R^T m = B (k - k0),  B = diag(EI1, EI2, GJ);   v = (0, 0, 1) + S^-1 R^T n,  S = diag(GA1, GA2, EA)
 
-    Arguments: ``length`` in m, unloaded; ``section`` a ``Circle``, ``Tube``, ``Rectangle``, ``Ellipse`` or
-    ``Stiffness``; ``material`` a ``Material`` (none beside a ``Stiffness``); ``natural`` the natural curvature and
-    twist k0 in 1/m, section's frame: None (straight), three numbers, a ``Helix``, a ``Table`` of (n, 3), or a function
-    of s that returns (n, 3); ``stretch`` and ``shear`` whether S^-1 keeps its part or is zero.
+    Arguments: ``length`` in m, unloaded; ``section`` a ``Circle``, ``Tube``, ``Rectangle``, ``Ellipse``, ``Stiffness`` or
+    ``StiffnessMatrix`` (with its law); ``material`` a ``Material`` (none beside the last two); ``natural`` the natural
+    curvature and twist k0 in 1/m, section's frame: None (straight), three numbers, a ``Helix``, a ``Table`` of (n, 3), or
+    a function of s that returns (n, 3); ``stretch`` and ``shear`` whether S^-1 keeps its part or is zero.
     Raises ``InvalidInput``.
     """
 
@@ -44,12 +44,15 @@ class Rod:
 
     def __post_init__(self) -> None:
         length = checks.positive("rod.length", self.length, "m")
-        checks.instance("rod.section", self.section, Section, "a Circle, Tube, Rectangle, Ellipse or Stiffness")
+        checks.instance(
+            "rod.section", self.section, Section, "a Circle, Tube, Rectangle, Ellipse, Stiffness or StiffnessMatrix"
+        )
         if self.section.needs_material:
             checks.instance("rod.material", self.material, Material, "a Material, such as Material(E=1e6, nu=0.5)")
         elif self.material is not None:
             raise InvalidInput(
-                "rod.material came beside a Stiffness section, which holds the stiffnesses already; leave it out."
+                f"rod.material came beside a {type(self.section).__name__} section, which holds the stiffnesses already; leave "
+                "it out."
             )
         for name in ("stretch", "shear"):
             checks.instance(f"rod.{name}", getattr(self, name), (bool, np.bool_), "True or False")
@@ -89,17 +92,19 @@ class Rod:
                     f"the section's {name} is {wrong[0]:g} N m^2, out of the numbers' range; check the unit of its dimensions (m)."
                 )
         if self.stretch and stiffness.EA is None:
-            raise InvalidInput("rod.stretch is True, but section.EA is missing; give EA in N or set stretch=False.")
+            raise InvalidInput(
+                "rod.stretch is True, but section.EA is missing; give EA in N (or a matrix of 6 x 6), or set stretch=False."
+            )
         if self.shear and (stiffness.GA1 is None or stiffness.GA2 is None):
             raise InvalidInput(
-                "rod.shear is True, but section.GA1 or GA2 is missing; give both in N or set shear=False."
+                "rod.shear is True, but section.GA1 or GA2 is missing; give both in N (or a matrix of 6 x 6), or set shear=False."
             )
 
     def stiffness(self, s: Array) -> SectionStiffness:
         """Return the section's stiffnesses and mass per length at s (n,)."""
         if self._same_section:
             same: Any = {
-                name: None if value is None else np.full(len(s), value[0])
+                name: None if value is None else np.repeat(value, len(s), axis=0)
                 for name, value in vars(self._first_section).items()
             }
             return SectionStiffness(**same)
@@ -132,19 +137,32 @@ class Rod:
         """Return the area in m^2 that the section takes from a fluid around it, at s (n,)."""
         area: Array | None = self.section.outer_area(np.asarray(s, dtype=float))
         if area is None:
-            raise InvalidInput("buoyancy.area is missing; a Stiffness section has no shape. Give the area in m^2.")
+            raise InvalidInput(
+                f"buoyancy.area is missing; a {type(self.section).__name__} section has no shape. Give the area in m^2."
+            )
         return area
 
-    def compliance(self, s: Array) -> tuple[Array, Array]:
-        """Return B^-1 (n, 3, 3) in 1/(N m^2) and S^-1 (n, 3, 3) in 1/N at s (n,); S^-1 is zero where nothing gives."""
-        stiffness = self.stiffness(s)
-        B, S = np.zeros((len(s), 3, 3)), np.zeros((len(s), 3, 3))
-        B[:, 0, 0], B[:, 1, 1], B[:, 2, 2] = 1.0 / stiffness.EI1, 1.0 / stiffness.EI2, 1.0 / stiffness.GJ
-        if self.stretch:
-            S[:, 2, 2] = 1.0 / stiffness.EA  # type: ignore[operator]
-        if self.shear:
-            S[:, 0, 0], S[:, 1, 1] = 1.0 / stiffness.GA1, 1.0 / stiffness.GA2  # type: ignore[operator]
-        return B, S
+    def compliance(self, s: Array) -> Array:
+        """Return the section's compliance at s (n,): (n, 6, 6), in the order (v1, v2, v3, k1, k2, k3).
+
+            [v - v0]   [S^-1  D^T ] [R^T n]
+            [k - k0] = [D     B^-1] [R^T m]          in 1/N (S^-1), 1/(N m) (D), 1/(N m^2) (B^-1)
+
+        It is the inverse of the stiffness matrix without the rows and columns of the strains that the rod does not have:
+        these are held at zero, and so are their rows and columns here.
+        """
+        free = [*([0, 1] if self.shear else []), *([2] if self.stretch else []), 3, 4, 5]
+        K = self.stiffness(s).matrix[:, free][:, :, free]
+        C = np.zeros((len(s), 6, 6))
+        C[np.ix_(range(len(s)), free, free)] = np.linalg.inv(K)
+        return C
+
+    @cached_property
+    def coupled(self) -> bool:
+        """True where the section may couple bending and twist with stretch and shear."""
+        if not self.section.coupled or not (self.stretch or self.shear):
+            return False
+        return not self._same_section or bool(np.any(self.compliance(np.zeros(1))[:, 3:, :3]))
 
     @property
     def model(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,8 @@ class SectionGeometry:
 class SectionStiffness:
     """Bending EI1, EI2 and twist GJ in N m^2; stretch EA and shear GA1, GA2 in N; mass per length in kg/m.
 
-    Each (n,) over the arc lengths asked for; None where the description does not say.
+    Each (n,) over the arc lengths asked for; None where the description does not say. ``full`` (n, 6, 6) is the stiffness
+    matrix of a ``StiffnessMatrix``, whose diagonal the others are then: each the stiffness with all other strains held.
     """
 
     EI1: Array
@@ -43,12 +45,25 @@ class SectionStiffness:
     GA1: Array | None
     GA2: Array | None
     mass: Array | None
+    full: Array | None = None
+
+    @property
+    def matrix(self) -> Array:
+        """The stiffness matrix [S X^T; X B] (n, 6, 6) in the order (v1, v2, v3, k1, k2, k3); zero where nothing is said."""
+        if self.full is not None:
+            return self.full
+        result = np.zeros((len(self.GJ), 6, 6))
+        for i, value in enumerate((self.GA1, self.GA2, self.EA, self.EI1, self.EI2, self.GJ)):
+            if value is not None:
+                result[:, i, i] = value
+        return result
 
 
 class Section:
     """What every section offers: its dimensions as profiles, its stiffness along s."""
 
     needs_material = True
+    coupled = False
 
     def profiles(self) -> dict[str, Profile]:
         """Return the section's own quantities along s, by field name."""
@@ -269,3 +284,63 @@ class Stiffness(Section):
         values = {name: p(s) for name, p in self.profiles().items()}
         given: Any = {"EA": None, "GA1": None, "GA2": None, "mass": None} | values
         return SectionStiffness(**given)
+
+
+@description
+class StiffnessMatrix(Section):
+    """A section given by its full stiffness matrix: composites, chiral or wound rods, axes turned within the section.
+
+        [R^T n]   [S  X^T] [v - v0]
+        [R^T m] = [X  B  ] [k - k0]
+
+    Arguments: ``matrix`` (6, 6), forces first, in the order (v1, v2, v3, k1, k2, k3): shear along d1 and d2, stretch, bending
+    about d1 and d2, twist; in N (the block S), N m (X) and N m^2 (B). Or (3, 3), B alone, for a rod that neither stretches
+    nor shears. ``mass`` per length in kg/m, needed only where mass acts. Each a constant, a ``Table`` or a function of s
+    that returns (n, 6, 6) or (n, 3, 3).
+    BeamDyn has the same order. VABS counts the axis along the beam first: its matrix K is here K[np.ix_(p, p)] with
+    p = [1, 2, 0, 4, 5, 3], d1 and d2 along its axes 2 and 3.
+    A strain that the rod does not have (``stretch=False``, ``shear=False``) is zero; its row and column are not used.
+    Raises ``InvalidInput`` unless the matrix is symmetric and positive definite.
+    Source: D. H. Hodges, Nonlinear Composite Beam Theory (AIAA, 2006), ch. 4.
+    """
+
+    matrix: Varying
+    mass: Varying | None = None
+
+    needs_material = False
+    coupled = True
+
+    def __post_init__(self) -> None:
+        self.profiles()
+        assign(self, matrix=profile.frozen(self.matrix), mass=profile.frozen(self.mass))
+
+    def profiles(self) -> dict[str, Profile]:
+        result = {"matrix": profile.matrix("section.matrix", self.matrix, self._size)}
+        if self.mass is not None:
+            result["mass"] = profile.scalar("section.mass", self.mass, "kg/m", "not negative")
+        return result
+
+    @cached_property
+    def _size(self) -> int:
+        allowed = "it must be 6 x 6, forces first, or 3 x 3, bending and twist alone"
+        try:
+            shape = np.shape(self.matrix(np.zeros(1)) if callable(self.matrix) else self.matrix)
+        except Exception as error:
+            raise InvalidInput(f"section.matrix failed with {type(error).__name__}: {error}; {allowed}.") from error
+        if shape[-2:] not in ((3, 3), (6, 6)):
+            raise InvalidInput(f"section.matrix has the shape {shape}; {allowed}.")
+        return int(shape[-1])
+
+    def outer_area(self, s: Array) -> None:
+        return None
+
+    def stiffness(self, s: Array, material: Material | None) -> SectionStiffness:
+        values = {name: p(s) for name, p in self.profiles().items()}
+        full = np.zeros((len(s), 6, 6))
+        K = values["matrix"]
+        full[:, -self._size :, -self._size :] = 0.5 * (K + K.transpose(0, 2, 1))
+        GA1, GA2, EA, EI1, EI2, GJ = np.diagonal(full, axis1=1, axis2=2).T
+        mass = values.get("mass")
+        if self._size == 3:
+            return SectionStiffness(EI1, EI2, GJ, None, None, None, mass, full)
+        return SectionStiffness(EI1, EI2, GJ, EA, GA1, GA2, mass, full)

@@ -52,9 +52,11 @@ class Reactions:
 class Energy:
     """Elastic energy by kind and the potential of the conservative dead loads, in J.
 
-        bending = 1/2 int sum_{i=1,2} B_i (k_i - k0_i)^2 ds,   twist and stretch (with shear) likewise,
+        bending = 1/2 int M1 (k1 - k01) + M2 (k2 - k02) ds,    twist = 1/2 int M3 (k3 - k03) ds,     M = R^T m,
+        stretch (with shear) = 1/2 int R^T n . (v - v0) ds,
         load = -int (a . r + 1/2 r . C r) ds - sum F . r(end)
 
+    In a coupled section a mixed term counts half and half for the two kinds that it couples.
     Follower loads, couples and end moments have no potential and are not in it.
     """
 
@@ -165,16 +167,20 @@ class EquilibriumSolution:
         return self._shaped(s, self._states(s)[1][:, 10:13])
 
     def k(self, s: Any) -> Array:
-        """Return curvature and twist, k = k0 + B^-1 R^T m, in 1/m, section's frame: (3,) or (n, 3)."""
+        """Return curvature and twist, k = k0 + B^-1 R^T m + D R^T n, in 1/m, section's frame: (3,) or (n, 3)."""
         points, y = self._states(s)
-        compliance, _ = self.problem.rod.compliance(points)
-        return self._shaped(s, self.problem.rod.k0(points) + _turned_back(compliance, y[:, 3:7], y[:, 10:13]))
+        return self._shaped(s, self.problem.rod.k0(points) + self._section(points, y)[1][:, 3:])
 
     def v(self, s: Any) -> Array:
-        """Return stretch and shear, v = (0, 0, 1) + S^-1 R^T n, section's frame: (3,) or (n, 3)."""
+        """Return stretch and shear, v = (0, 0, 1) + S^-1 R^T n + D^T R^T m, section's frame: (3,) or (n, 3)."""
         points, y = self._states(s)
-        _, compliance = self.problem.rod.compliance(points)
-        return self._shaped(s, np.array([0.0, 0.0, 1.0]) + _turned_back(compliance, y[:, 3:7], y[:, 7:10]))
+        return self._shaped(s, np.array([0.0, 0.0, 1.0]) + self._section(points, y)[1][:, :3])
+
+    def _section(self, points: Array, y: Array) -> tuple[Array, Array]:
+        """Return the forces (R^T n, R^T m) and the strains (v - v0, k - k0) of the states y (n, 13), (n, 6) each."""
+        R = frames.matrix_of_quaternion(y[:, 3:7])
+        forces = np.einsum("nji,naj->nai", R, y[:, 7:13].reshape(-1, 2, 3)).reshape(-1, 6)
+        return forces, np.einsum("nij,nj->ni", self.problem.rod.compliance(points), forces)
 
     # -- what a reader asks first --------------------------------------------------------------------------------
 
@@ -213,12 +219,8 @@ class EquilibriumSolution:
         """The energies, integrated by Gauss' rule of three points between nodes; elastic ones the method's own if it has."""
         points, weights = gauss_points(self.curve.s)
         rod, y = self.problem.rod, self.curve(points)
-        r, R = y[:, 0:3], frames.matrix_of_quaternion(y[:, 3:7])
-        m, n = (np.einsum("nji,nj->ni", R, y[:, i : i + 3]) for i in (10, 7))
-        B, S = rod.compliance(points)
-        bent = np.einsum("ni,nij,nj->n", m[:, :2], B[:, :2, :2], m[:, :2])
-        twisted = B[:, 2, 2] * m[:, 2] ** 2
-        stretched = np.einsum("ni,nij,nj->n", n, S, n)
+        r, works = y[:, 0:3], np.prod(self._section(points, y), axis=0)
+        stretched, bent, twisted = (np.sum(works[:, part], axis=1) for part in np.split(np.arange(6), [3, 5]))
         loads = self.problem.distributed(points)
         potential = -np.einsum("ni,ni->n", loads.a, r) - 0.5 * np.einsum("ni,nij,nj->n", r, loads.C, r)
         integrals = tuple(float(weights @ f) / 2.0 for f in (bent, twisted, stretched))
@@ -263,10 +265,6 @@ def gauss_points(nodes: Array) -> tuple[Array, Array]:
     half = np.diff(nodes)[:, None] / 2.0
     points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * x
     return points.ravel(), (half * w).ravel()
-
-
-def _turned_back(compliance: Array, q: Array, vector: Array) -> Array:
-    return np.asarray(np.einsum("nij,nkj,nk->ni", compliance, frames.matrix_of_quaternion(q), vector))
 
 
 def _vector(values: Array) -> str:

@@ -5,6 +5,8 @@ import pytest
 
 from darboux.kernels.rod_equations import (
     BINV,
+    COUPLED_WIDTH,
+    COUPLING,
     DEAD_FORCE,
     DEAD_MOMENT,
     FOLLOWER_FORCE,
@@ -42,8 +44,9 @@ def reference(y, c):
     """The equations as they stand in the module, with matrices; also for complex arguments."""
     r, q, n, m = np.split(y, [3, 7, 10])
     R = rotation(q)
-    k = c[K0 : K0 + 3] + symmetric(c[BINV:]) @ R.T @ m
-    v = np.array([0, 0, 1]) + symmetric(c[SINV:]) @ R.T @ n
+    D = c[COUPLING:].reshape(3, 3) if c.size > WIDTH else np.zeros((3, 3))
+    k = c[K0 : K0 + 3] + symmetric(c[BINV:]) @ R.T @ m + D @ R.T @ n
+    v = np.array([0, 0, 1]) + symmetric(c[SINV:]) @ R.T @ n + D.T @ R.T @ m
     C = c[FORCE_GRADIENT : FORCE_GRADIENT + 9].reshape(3, 3)
     f = c[DEAD_FORCE : DEAD_FORCE + 3] + C @ r + R @ c[FOLLOWER_FORCE : FOLLOWER_FORCE + 3]
     couple = c[DEAD_MOMENT : DEAD_MOMENT + 3] + R @ c[FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3]
@@ -51,11 +54,12 @@ def reference(y, c):
     return np.concatenate((dr, product(q, np.concatenate(([0], k))) / 2, -f, -np.cross(dr, n) - couple))
 
 
-@pytest.fixture(params=range(6))
+@pytest.fixture(params=[(seed, width) for width in (WIDTH, COUPLED_WIDTH) for seed in range(6)])
 def case(request):
-    """A state, with |q| far from one, and coefficients, none of them zero."""
-    rng = np.random.default_rng(request.param)
-    return rng.normal(size=STATES), rng.normal(size=WIDTH)
+    """A state, with |q| far from one, and coefficients, none of them zero, of an uncoupled and of a coupled section."""
+    seed, width = request.param
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=STATES), rng.normal(size=width)
 
 
 def test_derivative_is_the_formula(case):

@@ -105,6 +105,16 @@ def times(x: Array, i: int, a: Vector) -> Vector:
 
 
 @inline
+def transposed_times(x: Array, i: int, a: Vector) -> Vector:
+    """X^T a, with X the 3 x 3 matrix stored row by row in x from i on."""
+    return (
+        x[i] * a[0] + x[i + 3] * a[1] + x[i + 6] * a[2],
+        x[i + 1] * a[0] + x[i + 4] * a[1] + x[i + 7] * a[2],
+        x[i + 2] * a[0] + x[i + 5] * a[1] + x[i + 8] * a[2],
+    )
+
+
+@inline
 def symmetric_times(x: Array, i: int, a: Vector) -> Vector:
     """X a, with X the symmetric matrix stored as 11, 22, 33, 23, 13, 12 in x from i on."""
     x11, x22, x33, x23, x13, x12 = x[i], x[i + 1], x[i + 2], x[i + 3], x[i + 4], x[i + 5]

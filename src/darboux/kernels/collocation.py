@@ -40,7 +40,7 @@ from darboux.kernels.algebra import (
     vector,
 )
 from darboux.kernels.jit import inline, jit
-from darboux.kernels.profile import Profile, evaluate
+from darboux.kernels.profile import Profile, columns, evaluate
 from darboux.kernels.rod_equations import (
     DEAD_FORCE,
     DEAD_MOMENT,
@@ -163,7 +163,7 @@ def _stage_matrix(
 ) -> int:  # fmt: skip
     """Write 1 - h A (x) J, the residual of (1) and its derivative by the load factor; return the table's last piece."""
     n = STATES * stages
-    c, g, J = w[:WIDTH], w[WIDTH : WIDTH + STATES], w[64 : 64 + STATES * STATES]
+    c, g, J = w[: columns(table)], w[48 : 48 + STATES], w[64 : 64 + STATES * STATES]
     dn, dm = w[250:253], w[253:256]
     for k in range(n * width):
         W[k] = 0.0

@@ -42,3 +42,9 @@ def evaluate(profile: Profile, p: int, s: float, c: Array) -> None:
         row -= columns
         for j in range(columns):
             c[j] = c[j] * x + profile.coefficients[row + j]
+
+
+@inline
+def columns(profile: Profile) -> int:
+    """How many columns a table has."""
+    return profile.coefficients.size // ((profile.breaks.size - 1) * (profile.degree + 1))

@@ -1,22 +1,24 @@
 r"""The static equations of a Kirchhoff or Cosserat rod, and their exact Jacobian.
 
 The state y holds r (3), q (4, scalar first), n (3) and m (3), the vectors in the fixed frame; R = R(q) has the
-directors as columns and does not depend on \|q\|. With the material's law in compliance form and affine loads,
+directors as columns and does not depend on \|q\|. With the section's law in compliance form and affine loads,
 
-    k = k0 + B^-1 R^T m        v = e3 + S^-1 R^T n                                                (1)
+    k = k0 + B^-1 M + D N      v = e3 + S^-1 N + D^T M,     N = R^T n,  M = R^T m                 (1)
     f = a + C r + R b          l = la + R lb                                                      (2)
     r' = R v                   q' = 1/2 q (0, k)         n' = -f         m' = n x r' - l          (3)
 
-The coefficients c(s) come as 36 columns, named below. S^-1 = 0 makes the rod inextensible and unshearable.
+The coefficients c(s) come as 36 columns, named below. S^-1 = 0 makes the rod inextensible and unshearable. D = 0, unless
+9 columns more hold it: bending and twist are then coupled with stretch and shear, and B^-1 and S^-1 stand for the blocks
+of the section's whole compliance.
 
 The Jacobian goes through the small rotation phi that dq makes, in components of the section's frame:
-dR = R [phi x], d(R^T m) = R^T m x phi. Seven entries of every row may differ from zero:
+dR = R [phi x], dM = M x phi. These blocks may differ from zero, those marked D only where D does:
 
               r   q   n   m
-        r' (  .   x   x   .  )
-        q' (  .   x   .   x  )                                                                    (4)
+        r' (  .   x   x   D  )
+        q' (  .   x   D   x  )                                                                    (4)
         n' (  x   x   .   .  )
-        m' (  .   x   x   .  )
+        m' (  .   x   x   D  )
 
 References: S. S. Antman, Nonlinear Problems of Elasticity, 2nd ed., Springer 2005, ch. VIII.
 """
@@ -43,6 +45,7 @@ from darboux.kernels.algebra import (
     rotation,
     symmetric_times,
     times,
+    transposed_times,
     turn,
     unrotate,
     vector,
@@ -59,8 +62,10 @@ BINV, SINV, K0 = 0, 6, 12  # compliance in bending and twist, in shear and stret
 DEAD_FORCE, FORCE_GRADIENT, FOLLOWER_FORCE = 15, 18, 27  # a, C, b
 DEAD_MOMENT, FOLLOWER_MOMENT = 30, 33  # la, lb
 WIDTH = 36
+COUPLING, COUPLED_WIDTH = 36, 45  # D, only in the coefficients of coupled sections
 
 UNIT = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # the unit vector number a is what begins at 3 - a
+ZERO = (0.0, 0.0, 0.0)
 
 
 class Section(NamedTuple):
@@ -76,13 +81,22 @@ class Section(NamedTuple):
 
 
 @inline
+def coupled(c: Array) -> bool:
+    """Whether the coefficients hold D: few rods are coupled, and the others do not pay for it."""
+    return c.size > WIDTH
+
+
+@inline
 def section(y: Array, i: int, c: Array) -> Section:
-    """(1): k = k0 + B^-1 R^T m, v = e3 + S^-1 R^T n, of the state that begins at y[i]."""
+    """(1) of the state that begins at y[i]."""
     q, n = quaternion(y, i + ROTATION), vector(y, i + FORCE)
     R = rotation(q)
     material_n, material_m = unrotate(R, n), unrotate(R, vector(y, i + MOMENT))
     k = plus(vector(c, K0), symmetric_times(c, BINV, material_m))
     v = plus((0.0, 0.0, 1.0), symmetric_times(c, SINV, material_n))
+    if coupled(c):
+        k = plus(k, times(c, COUPLING, material_n))
+        v = plus(v, transposed_times(c, COUPLING, material_m))
     return Section(q, R, n, material_n, material_m, k, v)
 
 
@@ -117,7 +131,7 @@ def _columns_of_position(c: Array, J: Array) -> None:
 def _column_of_rotation(x: Section, dq: Quaternion, c: Array, J: Array, j: int) -> None:
     """One column, for the unit quaternion dq that turns the frame by phi.
 
-    dr' = R (phi x v + S^-1 (R^T n x phi))      dq' = 1/2 dq (0, k) + 1/2 q (0, B^-1 (R^T m x phi))
+    dr' = R (phi x v + S^-1 (N x phi))          dq' = 1/2 dq (0, k) + 1/2 q (0, B^-1 (M x phi))
     dn' = -R (phi x b)                          dm' = n x dr' - R (phi x lb)
     """
     phi = turn(x.q, dq)
@@ -148,16 +162,53 @@ def _column_of_moment(x: Section, e: Vector, c: Array, J: Array, j: int) -> None
 
 
 @inline
+def _clear_coupling(J: Array) -> None:
+    """The blocks marked D in (4) are zero."""
+    for a in range(3):
+        put(J, POSITION * STATES + MOMENT + a, STATES, ZERO)
+        put_quaternion(J, ROTATION * STATES + FORCE + a, STATES, (0.0, 0.0, 0.0, 0.0))
+        put(J, MOMENT * STATES + MOMENT + a, STATES, ZERO)
+
+
+@inline
+def _add_to_column(x: Section, dN: Vector, dM: Vector, c: Array, J: Array, j: int) -> None:
+    """Add D's part: dr' = R D^T dM, dq' = 1/2 q (0, D dN), dm' = n x dr'."""
+    dr = rotate(x.R, transposed_times(c, COUPLING, dM))
+    dq = half_product(x.q, times(c, COUPLING, dN))
+    dm = cross(x.n, dr)
+    for row in range(3):
+        J[(POSITION + row) * STATES + j] += dr[row]
+        J[(MOMENT + row) * STATES + j] += dm[row]
+    for row in range(4):
+        J[(ROTATION + row) * STATES + j] += dq[row]
+
+
+@jit
+def _add_coupling(x: Section, c: Array, J: Array) -> None:
+    """Add D's part to all columns: dN = N x phi and dM = M x phi by a turn, R^T e by a unit force or moment e."""
+    for a in range(4):
+        phi = turn(x.q, quaternion(UNIT, 3 - a))
+        _add_to_column(x, cross(x.material_n, phi), cross(x.material_m, phi), c, J, ROTATION + a)
+    for a in range(3):
+        e = unrotate(x.R, vector(UNIT, 3 - a))
+        _add_to_column(x, e, ZERO, c, J, FORCE + a)
+        _add_to_column(x, ZERO, e, c, J, MOMENT + a)
+
+
+@inline
 def write_jacobian(y: Array, i: int, c: Array, J: Array) -> None:
     """(4): d(y')/dy at the state that begins at y[i]; writes only the entries that may differ from zero."""
     x = section(y, i, c)
     _columns_of_position(c, J)
+    _clear_coupling(J)
     for a in range(4):
         _column_of_rotation(x, quaternion(UNIT, 3 - a), c, J, ROTATION + a)
     for a in range(3):
         e = vector(UNIT, 3 - a)
         _column_of_force(x, e, c, J, FORCE + a)
         _column_of_moment(x, e, c, J, MOMENT + a)
+    if coupled(c):
+        _add_coupling(x, c, J)
 
 
 @inline
@@ -179,7 +230,7 @@ def _rows_times(
 
 @inline
 def jacobian_times(J: Array, x: Array, i: int, width: int, out: Array, j: int) -> None:
-    """J X for the matrix X of 13 rows of `width` that begins at x[i], by the blocks of (4)."""
+    """J X for the matrix X of 13 rows of `width` that begins at x[i], by the blocks of (4) without D's."""
     _rows_times(J, POSITION, 3, FORCE, x, i, width, out, j)
     _rows_times(J, ROTATION, 4, MOMENT, x, i, width, out, j)
     _rows_times(J, FORCE, 3, POSITION, x, i, width, out, j)
@@ -188,19 +239,21 @@ def jacobian_times(J: Array, x: Array, i: int, width: int, out: Array, j: int) -
 
 @jit
 def derivative(y: Array, c: Array, dy: Array) -> None:
-    """dy = y' by (3), of the state y (13,) with the coefficients c (36,)."""
+    """dy = y' by (3), of the state y (13,) with the coefficients c (36,) or (45,)."""
     write_derivative(y, 0, c, dy, 0, 1)
 
 
 @jit
 def derivatives(y: Array, c: Array, dy: Array) -> None:
-    """The same for the states y (n x 13,), each with its own coefficients c (n x 36,)."""
-    for i in range(y.size // STATES):
-        write_derivative(y, i * STATES, c[i * WIDTH : (i + 1) * WIDTH], dy, i * STATES, 1)
+    """The same for the states y (n x 13,), each with its own coefficients c (n x 36,) or (n x 45,)."""
+    states = y.size // STATES
+    width = c.size // states
+    for i in range(states):
+        write_derivative(y, i * STATES, c[i * width : (i + 1) * width], dy, i * STATES, 1)
 
 
 @jit
 def jacobian(y: Array, c: Array, J: Array) -> None:
-    """J = d(y')/dy by (4), (13 x 13,) row by row, at the state y (13,) with the coefficients c (36,)."""
+    """J = d(y')/dy by (4), (13 x 13,) row by row, at the state y (13,) with the coefficients c (36,) or (45,)."""
     J[:] = 0.0
     write_jacobian(y, 0, c, J)

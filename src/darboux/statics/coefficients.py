@@ -19,6 +19,8 @@ from darboux.errors import InvalidInput
 from darboux.kernels import rod_equations
 from darboux.kernels.rod_equations import (
     BINV,
+    COUPLED_WIDTH,
+    COUPLING,
     DEAD_FORCE,
     DEAD_MOMENT,
     FOLLOWER_FORCE,
@@ -26,6 +28,7 @@ from darboux.kernels.rod_equations import (
     FORCE,
     FORCE_GRADIENT,
     K0,
+    MOMENT,
     ROTATION,
     SINV,
     WIDTH,
@@ -74,7 +77,7 @@ class Scale:
 
 @dataclass(frozen=True)
 class Table:
-    """Piecewise polynomials on [0, 1]: breaks (p + 1,), coefficients (p, degree + 1, WIDTH), lowest power first."""
+    """Piecewise polynomials on [0, 1]: breaks (p + 1,), coefficients (p, degree + 1, columns), lowest power first."""
 
     breaks: Array
     coefficients: Array
@@ -85,7 +88,7 @@ class Table:
         return int(self.coefficients.shape[1]) - 1
 
     def __call__(self, x: Array) -> Array:
-        """Return the coefficients at x (n,): (n, WIDTH)."""
+        """Return the coefficients at x (n,): (n, columns)."""
         p = np.clip(np.searchsorted(self.breaks, x, side="right") - 1, 0, len(self.breaks) - 2)
         local = (x - self.breaks[p])[:, None]
         result = self.coefficients[p, -1]
@@ -94,10 +97,14 @@ class Table:
         return np.asarray(result)
 
     def least_stretch(self, x: Array, y: Array) -> float:
-        """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 of the states y (n, 13) at x (n,)."""
-        R = frames.matrix_of_quaternion(y[:, ROTATION:FORCE])
-        S = self(x)[:, SINV + np.array([4, 3, 2])]  # 13, 23, 33
-        return float(np.min(1.0 + np.einsum("ni,nji,nj->n", S, R, y[:, FORCE : FORCE + 3])))
+        """Return the least stretch v3 = 1 + (S^-1 R^T n + D^T R^T m)_3 of the states y (n, 13) at x (n,)."""
+        R, c = frames.matrix_of_quaternion(y[:, ROTATION:FORCE]), self(x)
+        S = c[:, SINV + np.array([4, 3, 2])]  # 13, 23, 33
+        stretch = 1.0 + np.einsum("ni,nji,nj->n", S, R, y[:, FORCE : FORCE + 3])
+        if c.shape[1] > WIDTH:
+            D = c[:, COUPLING + np.array([2, 5, 8])]  # 13, 23, 33
+            stretch += np.einsum("ni,nji,nj->n", D, R, y[:, MOMENT : MOMENT + 3])
+        return float(np.min(stretch))
 
     def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
         """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""
@@ -108,27 +115,29 @@ class Table:
 
 
 def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:
-    """Return the dimensionless coefficients of the rod equations at x = s / L (n,): (n, WIDTH)."""
+    """Return the dimensionless coefficients of the rod equations at x = s / L (n,): (n, WIDTH), or (n, COUPLED_WIDTH)."""
     if problem.uniform and len(x) > 1:
         return np.repeat(columns(problem, scale, x[:1]), len(x), axis=0)
     s = x * scale.length
     L, force, moment = scale.length, scale.force, scale.moment
-    compliance, shear = problem.rod.compliance(s)
+    C = problem.rod.compliance(s)
     loads = problem.distributed(s)
-    result = np.empty((len(x), WIDTH))
-    result[:, BINV : BINV + 6] = np.stack([compliance[:, i, j] for i, j in PAIRS], axis=1) * (moment * L)
-    result[:, SINV : SINV + 6] = np.stack([shear[:, i, j] for i, j in PAIRS], axis=1) * force
+    result = np.empty((len(x), COUPLED_WIDTH if problem.rod.coupled else WIDTH))
+    result[:, BINV : BINV + 6] = np.stack([C[:, 3 + i, 3 + j] for i, j in PAIRS], axis=1) * (moment * L)
+    result[:, SINV : SINV + 6] = np.stack([C[:, i, j] for i, j in PAIRS], axis=1) * force
     result[:, K0 : K0 + 3] = problem.rod.k0(s) * L
     result[:, DEAD_FORCE : DEAD_FORCE + 3] = (loads.a + np.einsum("nij,j->ni", loads.C, scale.origin)) * (L / force)
     result[:, FORCE_GRADIENT : FORCE_GRADIENT + 9] = loads.C.reshape(len(x), 9) * (L**2 / force)
     result[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] = loads.b * (L / force)
     result[:, DEAD_MOMENT : DEAD_MOMENT + 3] = loads.la * (L / moment)
     result[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] = loads.lb * (L / moment)
+    if problem.rod.coupled:
+        result[:, COUPLING : COUPLING + 9] = C[:, 3:, :3].reshape(-1, 9) * moment
     return result
 
 
 def slopes(c: Array, y: Array) -> Array:
-    """Return dy/dx (n, 13) of the states y (n, 13) by the rod equations with the coefficients c (n, WIDTH)."""
+    """Return dy/dx (n, 13) of the states y (n, 13) by the rod equations with the coefficients c (n, columns)."""
     dy = np.empty_like(y)
     rod_equations.derivatives(y.ravel(), c.ravel(), dy.ravel())
     return dy

@@ -71,7 +71,7 @@ class DiscreteRod:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
-        beyond = limits.beyond(problem, "DiscreteRod")
+        beyond = limits.beyond(problem, "DiscreteRod") or limits.coupled(problem, "DiscreteRod")
         if beyond:
             return beyond
         if problem.rod.shear:

@@ -24,6 +24,7 @@ from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.frames import quaternion_of_matrix
 from darboux.problem import Equilibrium
+from darboux.statics import limits
 
 Array = NDArray[np.float64]
 
@@ -285,6 +286,9 @@ def _check_model(problem: Equilibrium) -> None:
     if rod.stretch or rod.shear:
         verb, name = ("stretches", "stretch") if rod.stretch else ("shears", "shear")
         raise NotPlanar(f"Elastica states planar, inextensible rods; this rod {verb}. {INSTEAD}, or set {name}=False.")
+    mixed = limits.coupled(problem, "Elastica")
+    if mixed:
+        raise NotPlanar(mixed)
     for place in ("start", "end"):
         support = getattr(problem, place)
         held = {*support.held_displacement, *support.held_rotation}

@@ -61,9 +61,13 @@ def integrate(
     problem = Equilibrium(rod, start=clamp, loads=loads)
     if problem.of_shape or any(load.place is not None or load.station is not None for load in problem.loads):
         raise InvalidInput("integrate takes loads along the rod; at the start give n and k, at the end they come out.")
+    if rod.coupled:
+        raise InvalidInput(
+            "integrate can't state a section that couples bending and twist with stretch or shear; solve an Equilibrium instead."
+        )
     scale = Scale.of(problem)
     table = coefficients.table(problem, scale)
-    B = np.linalg.inv(rod.compliance(np.zeros(1))[0][0])
+    B = np.linalg.inv(rod.compliance(np.zeros(1))[0, 3:, 3:])
     moment = clamp.R @ (B @ (checks.array("integrate.k", k, (3,), "1/m") - rod.k0(np.zeros(1))[0]))
     force = checks.array("integrate.n", n, (3,), "N")
     y0 = np.concatenate([np.zeros(3), frames.quaternion_of_matrix(clamp.R), force / scale.force, moment / scale.moment])

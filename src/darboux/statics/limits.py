@@ -40,6 +40,20 @@ def straight(problem: Equilibrium) -> str | None:
     return None if across else PUSHED
 
 
+def coupled(problem: Equilibrium, method: str, *, bending_with_twist: bool = False) -> str | None:
+    """Return why a method can't state a coupled section, or None; ``bending_with_twist`` whether that coupling is one it can."""
+    what, mixed = "bending and twist with stretch or shear", problem.rod.coupled
+    if not bending_with_twist:
+        C = problem.rod.compliance(np.linspace(0.0, problem.rod.length, 33))
+        what, mixed = (
+            "bending, twist, stretch or shear with one another",
+            mixed or bool(np.any(C[:, ~np.eye(6, dtype=bool)])),
+        )
+    if not mixed:
+        return None
+    return f"{method} can't state a section that couples {what}, as this StiffnessMatrix does; use Collocation()."
+
+
 def beyond(problem: Equilibrium, method: str) -> str | None:
     """Return why a method for clamped and free ends and loads along the rod or on its ends can't state a problem, or None."""
     use = f"use Collocation(). {method} states clamped and free ends, loads along the rod and dead loads on its ends"

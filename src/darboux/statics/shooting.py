@@ -72,7 +72,11 @@ class Shooting:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
-        return limits.beyond(problem, "Shooting") or limits.too_large(problem, "Shooting", LARGEST_LOAD)
+        return (
+            limits.beyond(problem, "Shooting")
+            or limits.coupled(problem, "Shooting", bending_with_twist=True)
+            or limits.too_large(problem, "Shooting", LARGEST_LOAD)
+        )
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium that follows from the unloaded rod; the status says whether the path got there."""
