@@ -11,9 +11,9 @@ dq = 1/2 q (0, phi). The stages are eliminated element by element (r, n and m fi
     T_i delta_i - delta_i+1 = -g_i                                                                   (3)
 
 At a station, where a support holds the rod or a point load acts, the node stands twice; the joint between the two is an
-element of no width, whose twelve equations are given. All are to be eliminated forward with six conditions carried along; rows are exchanged within the 18 at hand, which is
-Gaussian elimination with partial pivoting of the whole matrix. Two right sides: the residual, and minus its derivative
-with respect to the load factor.
+element of no width, whose twelve equations are given. All are eliminated forward with six conditions carried along; rows
+are exchanged within the 18 at hand, which is Gaussian elimination with partial pivoting of the whole matrix. Two right
+sides: the residual, and minus its derivative with respect to the load factor.
 
 References: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems (SIAM, 1995),
 sections 5.6 and 7.2; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed. (Springer, 2006),

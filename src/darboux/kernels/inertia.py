@@ -97,7 +97,9 @@ def _inverse_by_jacobi(S: Array, n: int, inverse: Array, tolerance: float) -> in
 
 
 @jit
-def negative_eigenvalues(diagonal: Array, beside: Array, sizes: Array, tolerance: float, rounding: float) -> int:
+def negative_eigenvalues(
+    diagonal: Array, beside: Array, sizes: NDArray[np.int64], tolerance: float, rounding: float
+) -> int:
     """Count the eigenvalues of the blocks below -tolerance, or -rounding times the block's own largest entry.
 
     diagonal (N x 36,); beside (N - 1 x 36,), below the diagonal; sizes (N,) how many rows and columns of a block count.

@@ -101,7 +101,7 @@ class _Search:
     def _bent(self, bend: float, wave: int, direction: tuple[float, float], carrying: bool) -> Mesh:
         def k(x: Array) -> Array:
             more = bend * np.cos(wave * np.pi * x)
-            return self.equations.natural_shape(x) + more[:, None] * np.array([*direction, 0.0])
+            return np.asarray(self.equations.natural_shape(x) + more[:, None] * np.array([*direction, 0.0]))
 
         return self.equations.bent(k, self.x, carrying)
 

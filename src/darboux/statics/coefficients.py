@@ -161,7 +161,7 @@ def table_and_strain(problem: Equilibrium, scale: Scale, shape: Callable[[Array]
         return np.concatenate([c, c[:, K0 : K0 + 3] - shape(x)], axis=1)
 
     joint = piecewise(both, _breaks(problem, scale))
-    parts = joint.coefficients[:, :, :WIDTH], joint.coefficients[:, :, WIDTH:]
+    parts = joint.coefficients[:, :, :-3], joint.coefficients[:, :, -3:]
     return Table(joint.breaks, np.ascontiguousarray(parts[0])), np.ascontiguousarray(parts[1])
 
 

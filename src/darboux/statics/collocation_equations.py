@@ -146,7 +146,7 @@ class Equations:
         states = np.zeros((len(points), STATES))
         states[:, :ROTATION], states[:, ROTATION:FORCE] = shape_of(k, points)
         self._lay(points, states)
-        B, _ = self.problem.rod.compliance(points * self.scale.length)
+        B = self.problem.rod.compliance(points * self.scale.length)[:, 3:, 3:]
         strain = (k(points) - self.natural_shape(points)) / (self.scale.length * self.scale.moment)
         moment = np.linalg.solve(B, strain[:, :, None])
         R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
@@ -167,7 +167,7 @@ class Equations:
             n += -start - n[0]
         else:
             n -= np.mean(n, axis=0)
-        return n / self.scale.force
+        return np.asarray(n / self.scale.force)
 
     def _mesh(self, x: Array, points: Array, states: Array) -> Mesh:
         nodes = np.isin(points, x)
@@ -194,14 +194,11 @@ class Equations:
         """Return the support that places the unloaded rod, its x, and how the rod lies: a frame there, or its chord's direction."""
         supports = [(s / self.scale.length, support) for s, support in self.problem.supports]
         places = [(x, support) for x, support in supports if any(support.held_displacement)]
-        frames_ = [
-            (x, support) for x, support in supports if any(support.held_rotation) or support.rotational is not None
-        ]
+        oriented = [(x, at) for x, at in supports if any(at.held_rotation) or at.rotational is not None]
         place, held = (places or supports)[0]
-        for x, support in frames_:
-            if support is held:
-                return held, place, held.R
-        for x, support in frames_:
+        if any(support is held for _, support in oriented):
+            return held, place, held.R
+        for x, support in oriented:
             return (support, x, support.R) if any(support.held_displacement) else (held, place, support.R)
         pinned = [(x, support) for x, support in places if all(support.held_displacement)]
         if len(pinned) > 1:
@@ -209,7 +206,7 @@ class Equations:
             if np.linalg.norm(between) > 0.0:
                 direction = np.sign(pinned[-1][0] - pinned[0][0]) * _unit(between)
                 return held, place, direction
-        for x, support in reversed(places):
+        for _, support in reversed(places):
             if not all(support.held_displacement) and support.sliding == "fixed":
                 return held, place, support.displacement_axes[:, 0]
         return held, place, np.array([0.0, 0.0, 1.0])
@@ -237,7 +234,8 @@ class Equations:
         ]
         factors = np.empty(N * FREE * FACTOR_ROW)
         given = np.array(joints).ravel() if joints else NOTHING
-        sign = collocation.sweep(*self._arguments(mesh, load_factor), given, carried.ravel(), factors)
+        arguments: Any = (*self._arguments(mesh, load_factor), given, carried.ravel(), factors)
+        sign = collocation.sweep(*arguments)
         last = np.concatenate([carried, self.end.system(y[-1], load_factor)])
         if not np.all(np.isfinite(last)):
             return None
@@ -323,6 +321,7 @@ class Equations:
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
     def stability(self, state: State, load_factor: float) -> tuple[float, int | None]:
+        """Return the sign of the determinant and the number of unstable directions."""
         step = self.newton_step(state.mesh, load_factor)
         return 0.0 if step is None else step.sign, self.index(state.mesh, load_factor)
 
@@ -349,6 +348,7 @@ class Equations:
         return stability.second_variation(T, held, force)
 
     def tangent(self, state: State, load_factor: float) -> tuple[Array, float]:
+        """Return the change of the nodes per unit of load factor, and the largest turn in it."""
         if state.tangent is not None:
             return state.tangent, _turn(state.tangent)
         step = self.newton_step(state.mesh, load_factor)
@@ -357,10 +357,12 @@ class Equations:
         return step.tangent, step.tangent_turn
 
     def predict(self, state: State, tangent: Array, step: float) -> State:
+        """Return the state moved along the tangent."""
         moved = self.moved(state.mesh, state.load_factor, step * tangent, step)
         return State(moved, state.load_factor + step)
 
     def correct(self, state: State, load_factor: float) -> load_path.Corrected[State] | None:
+        """Return the equilibrium that Newton's method reaches, on a mesh that is fine enough, or None."""
         found = self.newton(state.mesh, load_factor, PATH_TOLERANCE, most=8)
         if found is None:
             return None

@@ -12,6 +12,7 @@ from darboux.statics.mesh import Mesh, size, units
 
 Array = NDArray[np.float64]
 
+MOST_MESHES = 8
 SURE = 4.0  # the estimated error is this many times what the order promises
 GAIN = 64.0  # of the curve between the nodes, at least, where they are halved
 ROUNDING = 2e-14  # no error below this is claimed, relative
@@ -27,7 +28,8 @@ def refined(
     sharp, order = max(1e-3 * rtol, 1e-13), 2 * mesh.stages
     rough = sharp if even else max(0.1 * rtol, sharp)  # of the coarse mesh: divided by 2^order it is sharp enough
     elements = even or min(mesh.elements, equations.elements_for(mesh))
-    for attempt in range(8):
+    estimate = ErrorEstimate()
+    for attempt in range(MOST_MESHES):
         guess = mesh if first and attempt == 0 else _laid_anew(equations, mesh, elements, even)
         coarse = equations.newton(guess, 1.0, rough, most=20)
         fine = None if coarse is None else equations.newton(coarse[0].halved(), 1.0, sharp, most=12)
@@ -36,11 +38,11 @@ def refined(
         mesh = fine[0]
         gap = size(mesh.y[coarse[0].in_halves] - coarse[0].y, mesh.y)
         error = max(SURE * gap / 2.0**order, ROUNDING)
+        estimate = _error(equations, coarse[0], mesh, order)
         if even or elements >= MOST_ELEMENTS or error <= rtol:
-            estimate = _error(equations, coarse[0], mesh, order)
             return mesh if even else _dense(equations, coarse[0], mesh, rtol, sharp), estimate
         elements = int(elements * np.clip(1.1 * (error / rtol) ** (1.0 / order), 1.2, 4.0)) + 1
-    return mesh, _error(equations, coarse[0], mesh, order)
+    return mesh, estimate
 
 
 def _laid_anew(equations: Equations, mesh: Mesh, elements: int, even: int | None) -> Mesh:

@@ -65,7 +65,7 @@ def circle(ring: Ring, scale: Scale) -> FirstShape:
 
     It bends to the side to which the natural shape bends, or about the softer axis at the start.
     """
-    x = (np.arange(256) + 0.5) / 256.0
+    x: Array = (np.arange(256, dtype=float) + 0.5) / 256.0
     k0, stiffness = ring.rod.k0(x * scale.length), ring.rod.stiffness(x * scale.length)
     turned = frames.turn * ring.link * x
     mean = np.mean((k0[:, 0] + 1j * k0[:, 1]) * np.exp(1j * turned))

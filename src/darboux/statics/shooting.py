@@ -338,8 +338,10 @@ class _Pieces:
             )
             if code != 0:
                 return None
-        ends = ((0, self.problem.start), (len(transfer), self.problem.end))
-        held = {i: stability.Held.by(support, state.y[i, _Q]) for i, support in ends}
+        held = {
+            i: stability.Held.by(support, state.y[i, _Q])
+            for i, support in ((0, self.problem.start), (len(transfer), self.problem.end))
+        }
         return stability.second_variation(_by_turns(transfer, state.y), held, force).index
 
     def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:
