@@ -39,7 +39,7 @@ MOST_AGAIN = 20  # of those found, from which the search sets out once more
 LARGEST_TURN = 0.8  # rad in one step
 SETTLED = 1e-8
 SAME = 1e-4  # over L: curves closer than this are one
-BENDS = (2.0, -2.0, 5.0, -5.0)  # rad by which a first shape is bent
+BENDS = (2.0, -2.0, 4.0, -4.0, 5.0, -5.0, 6.0, -6.0)  # rad by which a first shape is bent
 DIRECTIONS = ((1.0, 0.0), (0.0, 1.0))  # about d1, about d2
 WAVES = (0, 1, 2)  # half waves of that bend: an arc, an S, ...
 

@@ -18,12 +18,13 @@ from darboux.errors import InvalidInput
 from darboux.kernels.collocation import FEWEST_STAGES, MOST_STAGES
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import first_shape, load_path
+from darboux.statics import first_shape, limits, load_path
 from darboux.statics.coefficients import Scale
 from darboux.statics.collocation_equations import Equations, State
 from darboux.statics.collocation_refinement import refined
 from darboux.statics.mesh import Mesh
 
+ALMOST = 0.99  # of the load: what ends here for want of slack is taut
 FLATTEST = 0.05  # stretch below which a rod counts as compressed to nothing
 
 
@@ -135,6 +136,8 @@ class Collocation:
         if path.load_factor < 1.0:
             if equations.flattest(mesh) < FLATTEST:
                 code, message = "no_convergence", load_path.flattened(path)
+            elif equations.slack and path.load_factor > ALMOST and code != "folded":
+                code, message = "no_convergence", limits.TAUT
             return _Found(equations, Status(code, message), mesh, ErrorEstimate(), path)
         answer = refined(equations, mesh, self.rtol, self.elements)
         if answer is None:

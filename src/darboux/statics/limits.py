@@ -11,8 +11,8 @@ PUSHED = (
     "on its branch, which it can't do without stretch. Bend it a little by a small load across, or set stretch=True."
 )
 TAUT = (
-    "the rod is straight, inextensible and held at both ends as far apart as it is long: it is taut, its tension is not "
-    "determined, and grows without bound under a load across. Move the ends closer, or set stretch=True."
+    "the rod is inextensible, and a straight part of it is held at both its ends as far apart as it is long: it is taut, its "
+    "tension is not determined, and grows without bound under a load across. Move the supports closer, or set stretch=True."
 )
 SAME = 1e-12  # relative: two places or directions are one
 
