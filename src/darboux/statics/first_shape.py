@@ -92,7 +92,10 @@ def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
         s = np.linspace(0.0, float(start.s[-1]), SAMPLES)
         y = start(s)
         return _of_frames(s / s[-1], (y[0, :3] - scale.origin) / scale.length, frames.same_sign(y[:, 3:7]))
-    points = checks.real_array(start)
+    try:
+        points = checks.real_array(start)
+    except (TypeError, ValueError):
+        points = np.empty(0)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2 or not np.all(np.isfinite(points)):
         raise InvalidInput(
             f"solve.start is {checks.shown(start)}; it must be a solution, a Curve, or two or more points (n, 3) in m."
