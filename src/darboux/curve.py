@@ -11,6 +11,8 @@ from darboux import frames
 
 Array = NDArray[np.float64]
 
+GAUSS = 5  # points on an interval: of order 10, so that the interpolation between nodes sets the error, not the sum
+
 
 @dataclass(frozen=True, eq=False)
 class Curve:
@@ -85,3 +87,11 @@ def _hermite(
     t0, t1, t2 = s - x0, s - x1, s - x2
     quintic = np.where(cubic_to_quintic[:, None], t1 * (a4 + t2 * a5), 0.0)
     return np.asarray(f0 + t0 * (a + t0 * (a2 + t1 * (a3 + quintic))))
+
+
+def gauss_points(nodes: Array) -> tuple[Array, Array]:
+    """Return points and weights of Gauss' rule of five points on each interval between nodes (n,): (5 (n - 1),) each."""
+    x, w = np.polynomial.legendre.leggauss(GAUSS)
+    half = np.diff(nodes)[:, None] / 2.0
+    points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * x
+    return points.ravel(), (half * w).ravel()
