@@ -18,7 +18,17 @@ METHODS = [dx.Collocation(), dx.DiscreteRod(40)]
 # Timoshenko and Goodier, 3rd ed., art. 109: their table of b / a and k2.
 @pytest.mark.parametrize(
     ("ratio", "k2"),
-    [(1.0, 0.208), (1.2, 0.219), (1.5, 0.231), (2.0, 0.246), (2.5, 0.258), (3, 0.267), (4, 0.282), (5, 0.291), (10, 0.312)],
+    [
+        (1.0, 0.208),
+        (1.2, 0.219),
+        (1.5, 0.231),
+        (2.0, 0.246),
+        (2.5, 0.258),
+        (3, 0.267),
+        (4, 0.282),
+        (5, 0.291),
+        (10, 0.312),
+    ],
 )
 def test_torsion_of_rectangles_by_the_classical_table(ratio, k2) -> None:
     """tau_max = T / (k2 a^2 b) in the middle of the long sides, for any orientation of the section."""
@@ -33,7 +43,9 @@ def test_torsion_of_a_rectangle_is_the_gradient_of_prandtls_function() -> None:
     """The double Fourier series of phi, an independent form: tau = |grad phi| on the outline, T = 2 int phi."""
     b, h = 2.0, 0.7
     m, n = (np.arange(1, 4001, 2.0)[i] for i in ((slice(None), None), (None, slice(None))))
-    phi = 32.0 / np.pi**4 / (m * n * ((m / b) ** 2 + (n / h) ** 2))  # of sin(m pi x / b) sin(n pi y / h); its Laplacian is -2
+    phi = (
+        32.0 / np.pi**4 / (m * n * ((m / b) ** 2 + (n / h) ** 2))
+    )  # of sin(m pi x / b) sin(n pi y / h); its Laplacian is -2
     torque = 2.0 * np.sum(phi * 4.0 * b * h / (np.pi**2 * m * n))
     section = dx.Rectangle(b, h)
     p = np.array([[0.2, 0.4, 1.1, 1.45, 2.3, 3.8]])
@@ -50,7 +62,9 @@ def test_torsion_of_an_ellipse() -> None:
     """Prandtl: tau_max = 2 T / (pi a b^2) at the ends of the short axis, 2 T / (pi a^2 b) at those of the long one."""
     shear = dx.Ellipse(3.0, 2.0).torsion_shear(S, ROUND)[0]
     np.testing.assert_allclose(shear[[0, 1000, 2000]], 2.0 / np.pi / np.array([18.0, 12.0, 18.0]), rtol=1e-14)
-    np.testing.assert_allclose(dx.Ellipse(2.0, 2.0).torsion_shear(S, ROUND), 1.0 / (4.0 * np.pi), rtol=1e-14)  # a circle's
+    np.testing.assert_allclose(
+        dx.Ellipse(2.0, 2.0).torsion_shear(S, ROUND), 1.0 / (4.0 * np.pi), rtol=1e-14
+    )  # a circle's
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=lambda s: type(s).__name__)
@@ -65,7 +79,9 @@ def test_outlines_enclose_the_area_and_run_from_d1_to_d2(section) -> None:
 def test_a_rod_that_is_pulled_bent_and_twisted(section, method) -> None:
     """Against a search of the outline, point by point, with the fibre's strain E ((k - k0) x x)_3 for the bending."""
     rod = dx.Rod(0.5, section, STEEL, natural=(0.5, -1.0, 2.0), stretch=True)
-    solution = dx.solve(dx.Equilibrium(rod, loads=[dx.EndForce((30.0, 20.0, 400.0)), dx.EndMoment((0.5, -1, 1.5))]), method)
+    solution = dx.solve(
+        dx.Equilibrium(rod, loads=[dx.EndForce((30.0, 20.0, 400.0)), dx.EndMoment((0.5, -1, 1.5))]), method
+    )
     for s in (0.0, 0.2):
         found = solution.stress(s)
         x = section.outline(S, np.linspace(0.0, 4.0, 40001)[None])[0]
@@ -116,7 +132,9 @@ def test_the_larger_side_of_a_jump() -> None:
         assert found.s == pytest.approx(place, abs=1e-9)
         assert found.von_mises == pytest.approx(4.0 * 1e-3 * (1.0 - place) / (np.pi * r**3), rel=1e-5)
     load = dx.PointMoment((0, 1.0, 0), at=0.4)  # all the moment ends here: the side before it carries it
-    found = dx.solve(dx.Equilibrium(dx.Rod(1.0, dx.Circle(lambda s: 3e-3 - 1e-3 * s), STEEL), loads=[load])).largest_stress
+    found = dx.solve(
+        dx.Equilibrium(dx.Rod(1.0, dx.Circle(lambda s: 3e-3 - 1e-3 * s), STEEL), loads=[load])
+    ).largest_stress
     assert found.s == pytest.approx(0.4, abs=1e-9)
     assert found.von_mises == pytest.approx(4.0 / (np.pi * 2.6e-3**3), rel=1e-6)
 

@@ -14,13 +14,17 @@ from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
 
+ROUNDING = 1e-12  # of EI / L^2: a rod with less in it carries nothing
+
 
 @dataclass(frozen=True)
 class Balance:
     """What is missing in the balance of forces and moments, in units of F and F L, F the largest of |n| and |m| / L.
 
-    force = max_s |n(s) - n(0) + int_0^s f|,
-    moment = max_s |m(s) - m(0) + (r(s) - r(0)) x n(s) + int_0^s [l + (r - r(0)) x f]|,  loads at points included
+        force = max_s |n(s) - n(0) + int_0^s f|,
+        moment = max_s |m(s) - m(0) + (r(s) - r(0)) x n(s) + int_0^s [l + (r - r(0)) x f]|,  loads at points included
+
+    Of a rod that carries nothing, F = EI / L^2.
     """
 
     force: float
@@ -41,9 +45,9 @@ def balance(problem: Equilibrium, curve: Curve, load_factor: float, nodes: Array
     missing = np.concatenate([n, m + np.cross(r, n)], axis=1) + load_factor * load
     missing = missing - missing[0]
     L = problem.rod.length
-    unit = max(_longest(n), _longest(m) / L)
-    if unit == 0.0:
-        return Balance(_longest(missing[:, :3]), _longest(missing[:, 3:]))  # nothing in the rod: newtons then
+    unit, stiffness = max(_longest(n), _longest(m) / L), float(problem.rod.stiffness(np.zeros(1)).EI1[0]) / L**2
+    if unit < ROUNDING * stiffness:
+        unit = stiffness
     return Balance(_longest(missing[:, :3]) / unit, _longest(missing[:, 3:]) / (unit * L))
 
 

@@ -23,7 +23,8 @@ def writhe(r: Callable[[Array], Array], nodes: Array, closed: bool) -> float:
 
         Wr = 1 / (4 pi) int int (t x t') . (r - r') / |r - r'|^3 ds ds'
 
-    A polygon's is exact; its error to the curve falls as 1/N^2, 1/N^4, ..., and is taken off by Richardson's extrapolation.
+    A polygon's is exact; its error to the curve falls as 1/N^2, then 1/N^4, ... for a closed curve and 1/N^3, ... for the ends
+    of an open one, and is taken off by Richardson's extrapolation.
     """
     nodes = np.unique(nodes)
     if len(nodes) > MOST // 8:
@@ -37,7 +38,8 @@ def writhe(r: Callable[[Array], Array], nodes: Array, closed: bool) -> float:
             x[-1] = x[0]
         new = [writhe_of_polygon(x)]
         for k, coarser in enumerate(row):
-            new.append(new[k] + (new[k] - coarser) / (4.0 ** (k + 1) - 1.0))
+            order = 2 + (2 * k if closed else k)
+            new.append(new[k] + (new[k] - coarser) / (2.0**order - 1.0))
         if (row and abs(new[-1] - row[-1]) < GOAL) or 2 * len(s) > MOST + 2:
             return new[-1]
         row, pieces = new, 2 * pieces

@@ -317,7 +317,7 @@ class EquilibriumSolution:
         if distance > CLOSED or angle > CLOSED:
             raise InvalidInput(
                 f"solution.link is defined for closed rods, but the ends are {distance * self.problem.rod.length:.3g} m apart and "
-                f"their tangents {np.degrees(angle):.3g} degrees; twist and writhe are there for open rods too."
+                f"their tangents {np.degrees(angle):.1f} degrees; twist and writhe are there for open rods too."
             )
         return self.twist + self.writhe
 

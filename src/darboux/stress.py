@@ -116,7 +116,7 @@ def _parts(rod: Rod, s: Array, N: Array, M: Array, p: Array) -> tuple[Array, Arr
 
 def _von_mises(parts: tuple[Array, Array, Array]) -> Array:
     axial, bending, torsion = parts
-    return np.hypot(axial + bending, np.sqrt(3.0) * torsion)
+    return np.asarray(np.hypot(axial + bending, np.sqrt(3.0) * torsion))
 
 
 def _point(rod: Rod, s: float, p: float) -> tuple[float, float]:
