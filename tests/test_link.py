@@ -122,7 +122,7 @@ def test_writhe_of_a_helix_of_one_and_a_half_turns() -> None:
 
         exact = open_gauss_integral(r, dr)
         assert hand * exact > 0.4
-        assert link.writhe(r, np.linspace(0.0, 1.0, 5), closed=False) == pytest.approx(exact, abs=1e-8)
+        assert link.writhe(r, np.linspace(0.0, 1.0, 5), closed=False) == pytest.approx(exact, abs=1e-11)
         assert link.writhe(lambda t: 1e-6 * r(t), np.linspace(0.0, 1.0, 5), False) == pytest.approx(exact, abs=1e-8)
 
 

@@ -67,6 +67,11 @@ def test_torsion_of_an_ellipse() -> None:
     )  # a circle's
 
 
+def test_torsion_of_a_tube_at_its_outer_wall() -> None:
+    """T ro / J, J = pi (ro^4 - ri^4) / 2."""
+    np.testing.assert_allclose(dx.Tube(2.0, 1.0).torsion_shear(S, ROUND), 4.0 / (15.0 * np.pi), rtol=1e-14)
+
+
 @pytest.mark.parametrize("section", SECTIONS, ids=lambda s: type(s).__name__)
 def test_outlines_enclose_the_area_and_run_from_d1_to_d2(section) -> None:
     x1, x2 = np.moveaxis(section.outline(S, np.linspace(0.0, 4.0, 4097)[None])[0], -1, 0)
@@ -94,6 +99,13 @@ def test_a_rod_that_is_pulled_bent_and_twisted(section, method) -> None:
         assert found.bending == pytest.approx(np.max(np.abs(bending)), rel=1e-6)
         assert found.torsion == pytest.approx(np.max(torsion), rel=1e-6)
         assert found.von_mises == pytest.approx(von_mises, rel=1e-6)
+    largest = solution.largest_stress
+    (x1, x2), k = largest.point, solution.k(largest.s) - np.array([0.5, -1.0, 2.0])
+    assert largest.bending == pytest.approx(STEEL.E * (k[0] * x2 - k[1] * x1), rel=1e-9)
+    assert largest.von_mises == pytest.approx(np.max(solution.stress(np.linspace(0.0, 0.5, 1001)).von_mises), rel=1e-5)
+    assert largest.von_mises == pytest.approx(
+        np.sqrt((largest.axial + largest.bending) ** 2 + 3.0 * largest.torsion**2), rel=1e-12
+    )
     many = solution.stress([0.0, 0.2])
     np.testing.assert_allclose(many.von_mises, [solution.stress(0.0).von_mises, solution.stress(0.2).von_mises])
 
@@ -151,6 +163,8 @@ def test_strain_of_a_bent_a_twisted_and_a_stretched_rod() -> None:
         (dx.EndForce((0, 0, 0.07 * EA)), 0.07),
     ):
         assert dx.solve(dx.Equilibrium(rod, loads=[load])).largest_strain.strain == pytest.approx(strain, rel=1e-6)
+    stiff = dx.Equilibrium(rod, loads=[dx.EndForce((0, 0, 0.07 * EA))]).with_rod(stretch=False)
+    assert dx.solve(stiff).largest_strain.strain < 1e-12  # an inextensible rod has no axial strain
 
 
 def test_strain_is_measured_from_the_natural_shape() -> None:

@@ -15,9 +15,7 @@ Array = NDArray[np.float64]
 Inner = Callable[[Array], tuple[Array, Array]]  # s (n,) to N (n,) and M (n, 3)
 
 QUARTER = np.linspace(0.0, 1.0, 33)  # samples on a quarter of the outline
-ROUNDS = (
-    4  # of refinement, each of a quarter of the width: the place is within 1e-4 of a quarter, the value within 1e-7
-)
+ROUNDS = 4  # of refinement, each to a quarter of the width: the value is then exact to 1e-7
 ALONG = 400  # samples along the rod, about
 REFINED = 4  # intervals along the rod that are looked into, those with the largest samples
 
