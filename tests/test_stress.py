@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import darboux as dx
+from darboux import stress
 from darboux.paper.cases import figure5
 
 S = np.zeros(1)
@@ -108,6 +109,22 @@ def test_a_rod_that_is_pulled_bent_and_twisted(section, method) -> None:
     )
     many = solution.stress([0.0, 0.2])
     np.testing.assert_allclose(many.von_mises, [solution.stress(0.0).von_mises, solution.stress(0.2).von_mises])
+
+
+@pytest.mark.parametrize(
+    "section", [dx.Rectangle(1e-2, 1e-5), dx.Rectangle(1e-4, 1e-2), dx.Ellipse(1e-2, 1e-4)], ids=str
+)
+def test_thin_sections_where_the_largest_stress_lies_near_a_corner(section) -> None:
+    """The shear of torsion falls to zero within the thickness, where bending is largest; against 100000 places a side."""
+    p = np.linspace(0.0, 4.0, 400001)[None]
+    rod = dx.Rod(1.0, section, STEEL)
+    g, (x1, x2), shear = section.geometry(S, 0.3), section.outline(S, p)[0].T, section.torsion_shear(S, p)[0]
+    for share in (0.01, 0.1, 1.0, 10.0):  # of torsion in bending, about d1 and about d2
+        for M in ((1.0 / np.max(x2 / g.I1), 0.0), (0.0, 1.0 / np.max(x1 / g.I2))):
+            torque = share / np.max(shear)
+            found = stress.stress(rod, S, np.zeros(1), np.array([[*M, torque]])).von_mises[0]
+            bending = M[0] * x2 / g.I1 - M[1] * x1 / g.I2
+            assert found == pytest.approx(np.max(np.sqrt(bending**2 + 3.0 * (torque * shear) ** 2)), rel=1e-6)
 
 
 def test_a_circle_by_its_closed_form() -> None:

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 PAIRS = 2**16  # of edges that are held at once
 FEWEST, MOST = 64, 2048  # edges of the first and of the last polygon
-GOAL = 1e-9  # change in turns from one extrapolation to the next
+GOAL = 1e-8  # change in turns from one extrapolation to the next
 
 
 def writhe(r: Callable[[Array], Array], nodes: Array, closed: bool) -> float:
@@ -23,10 +23,13 @@ def writhe(r: Callable[[Array], Array], nodes: Array, closed: bool) -> float:
 
         Wr = 1 / (4 pi) int int (t x t') . (r - r') / |r - r'|^3 ds ds'
 
-    A polygon's is exact; its error to the curve falls as 1/N^2, then 1/N^4, ... for a closed curve and 1/N^3, ... for the ends
-    of an open one, and is taken off by Richardson's extrapolation.
+    A polygon's is exact; its error to the curve has terms in 1/N^2, 1/N^3 (from ends and uneven edges), 1/N^4, ..., which
+    Richardson's extrapolation takes off.
     """
-    nodes = np.unique(nodes)
+    length = nodes[-1] - nodes[0]
+    nodes = nodes[0] + length * np.unique(
+        np.round((nodes - nodes[0]) / length, 6)
+    )  # rounding would turn a shorter edge
     if len(nodes) > MOST // 8:
         nodes = np.linspace(nodes[0], nodes[-1], MOST // 8 + 1)
     pieces = -(-FEWEST // (len(nodes) - 1))
@@ -38,8 +41,7 @@ def writhe(r: Callable[[Array], Array], nodes: Array, closed: bool) -> float:
             x[-1] = x[0]
         new = [writhe_of_polygon(x)]
         for k, coarser in enumerate(row):
-            order = 2 + (2 * k if closed else k)
-            new.append(new[k] + (new[k] - coarser) / (2.0**order - 1.0))
+            new.append(new[k] + (new[k] - coarser) / (2.0 ** (k + 2) - 1.0))
         if (row and abs(new[-1] - row[-1]) < GOAL) or 2 * len(s) > MOST + 2:
             return new[-1]
         row, pieces = new, 2 * pieces

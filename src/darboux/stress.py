@@ -168,7 +168,7 @@ def _largest(f: Callable[[Array], Array], x: Array) -> tuple[Array, Array]:
     """
     value = f(x)
     slope, bend = 0.5 * (value[:, 2:] - value[:, :-2]), value[:, 2:] - 2.0 * value[:, 1:-1] + value[:, :-2]
-    peak = np.abs(slope) < -bend
+    peak = np.abs(slope) < -0.5 * bend  # higher than both neighbours
     estimate = value.copy()
     estimate[:, 1:-1] += np.where(peak, -(slope**2) / np.where(peak, 2.0 * bend, 1.0), 0.0)
     rows = np.arange(len(x))

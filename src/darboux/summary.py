@@ -36,7 +36,7 @@ def summary(solution: EquilibriumSolution) -> str:
 def vector(values: Array) -> str:
     """Return the components with nine digits, those of rounding as 0."""
     least = ROUNDING * np.max(np.abs(values))
-    return "(" + ", ".join(f"{value:.9g}" if abs(value) > least else "0" for value in values) + ")"
+    return "(" + ", ".join("0" if abs(value) <= least else f"{value:.9g}" for value in values) + ")"
 
 
 def _reactions(solution: EquilibriumSolution) -> list[tuple[str, str]]:
@@ -72,7 +72,7 @@ def _stress(solution: EquilibriumSolution) -> list[tuple[str, str]]:
 
 
 def _shown(value: float, largest: float) -> str:
-    return f"{value:.4g}" if abs(value) > ROUNDING * largest else "0"
+    return "0" if abs(value) <= ROUNDING * largest else f"{value:.4g}"
 
 
 def _energy(solution: EquilibriumSolution) -> str:
