@@ -27,9 +27,8 @@ def writhe(r: Callable[[Array], Array], nodes: Array, closed: bool) -> float:
     Richardson's extrapolation takes off.
     """
     length = nodes[-1] - nodes[0]
-    nodes = nodes[0] + length * np.unique(
-        np.round((nodes - nodes[0]) / length, 6)
-    )  # rounding would turn a shorter edge
+    apart = np.unique(np.round((nodes - nodes[0]) / length, 6))  # rounding would turn an edge between closer nodes
+    nodes = nodes[0] + length * apart
     if len(nodes) > MOST // 8:
         nodes = np.linspace(nodes[0], nodes[-1], MOST // 8 + 1)
     pieces = -(-FEWEST // (len(nodes) - 1))

@@ -241,7 +241,7 @@ class EquilibriumSolution:
     def stress(self, s: Any) -> Stress:
         """Return the stress in Pa at s: of the axial force, of bending and torsion on the section's outline, and von Mises'.
 
-            axial = N / A,   bending = M1 x2 / I1 - M2 x1 / I2,   torsion = M3 t(x1, x2);   N = (R^T n)_3,  M = R^T m
+            axial = N3 / A,   bending = M1 x2 / I1 - M2 x1 / I2,   torsion = |M3| t(x1, x2);   N = R^T n,  M = R^T m
 
         with Saint-Venant's t for the section's shape, and for a tube on its outer wall, where all of them are largest. The
         shear stress of the transverse force, smaller than bending's by the thickness over the length, is left out. Under
@@ -317,7 +317,7 @@ class EquilibriumSolution:
         if distance > CLOSED or angle > CLOSED:
             raise InvalidInput(
                 f"solution.link is defined for closed rods, but the ends are {distance * self.problem.rod.length:.3g} m apart and "
-                f"their tangents {np.degrees(angle):.1f} degrees; twist and writhe are there for open rods too."
+                f"their tangents {round(np.degrees(angle), 6):g} degrees; twist and writhe are there for open rods too."
             )
         return self.twist + self.writhe
 

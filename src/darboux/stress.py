@@ -12,7 +12,7 @@ from darboux.errors import InvalidInput
 from darboux.rod import Rod
 
 Array = NDArray[np.float64]
-Inner = Callable[[Array], tuple[Array, Array]]  # s (n,) to N (n,) and M (n, 3)
+Inner = Callable[[Array], tuple[Array, Array]]  # s (n,) to N3 (n,) and M (n, 3)
 
 QUARTER = np.linspace(0.0, 1.0, 33)  # samples on a quarter of the outline
 ROUNDS = 4  # of refinement, each to a quarter of the width: the value is then exact to 1e-7
@@ -24,7 +24,7 @@ REFINED = 4  # intervals along the rod that are looked into, those with the larg
 class Stress:
     """Stress in Pa at the arc lengths asked for: () or (n,) each.
 
-    ``axial`` is N / A; ``bending`` the largest |M1 x2 / I1 - M2 x1 / I2| and ``torsion`` the largest of Saint-Venant's
+    ``axial`` is N3 / A; ``bending`` the largest |M1 x2 / I1 - M2 x1 / I2| and ``torsion`` the largest of Saint-Venant's
     shear on the section's outline; ``von_mises`` the largest sqrt((axial + bending)^2 + 3 torsion^2) of its points.
     """
 
@@ -55,18 +55,18 @@ class LargestStrain:
     point: tuple[float, float]
 
 
-def stress(rod: Rod, s: Array, N: Array, M: Array) -> Stress:
-    """Return the stress at s (n,) under the axial force N (n,) and the moment M (n, 3), section's frame."""
+def stress(rod: Rod, s: Array, N3: Array, M: Array) -> Stress:
+    """Return the stress at s (n,) under the axial force N3 (n,) and the moment M (n, 3), section's frame."""
     _shaped(rod)
     bending, torsion, von_mises = (
-        _round_outline(rod, s, N, M, kind)[1]
+        _round_outline(rod, s, N3, M, kind)[1]
         for kind in (lambda parts: np.abs(parts[1]), lambda parts: parts[2], _von_mises)
     )
-    return Stress(N / _area(rod, s), bending, torsion, von_mises)
+    return Stress(N3 / rod.section.geometry(s, rod.material.poisson).A, bending, torsion, von_mises)
 
 
 def largest_stress(rod: Rod, inner: Inner, nodes: Array) -> LargestStress:
-    """Return the largest von Mises stress along the rod; its fields are smooth between nodes (n,)."""
+    """Return the largest von Mises stress along the rod; its fields are smooth between nodes (n,), which ascend."""
     s, p, value = _along(rod, inner, nodes, _von_mises)
     place = np.array([s])
     axial, bending, torsion = (float(part[0, 0]) for part in _parts(rod, place, *inner(place), np.array([[p]])))
@@ -74,7 +74,7 @@ def largest_stress(rod: Rod, inner: Inner, nodes: Array) -> LargestStress:
 
 
 def largest_strain(rod: Rod, inner: Inner, nodes: Array) -> LargestStrain:
-    """Return the largest principal strain along the rod; its fields are smooth between nodes (n,).
+    """Return the largest principal strain along the rod; its fields are smooth between nodes (n,), which ascend.
 
     e = v3 - 1 + ((k - k0) x x)_3,   g = torsion / G:   |e| (1 - nu) / 2 + sqrt((1 + nu)^2 e^2 + g^2) / 2
     """
@@ -98,18 +98,13 @@ def _shaped(rod: Rod) -> None:
         )
 
 
-def _area(rod: Rod, s: Array) -> Array:
-    area: Array = rod.section.geometry(s, rod.material.poisson).A
-    return area
-
-
-def _parts(rod: Rod, s: Array, N: Array, M: Array, p: Array) -> tuple[Array, Array, Array]:
+def _parts(rod: Rod, s: Array, N3: Array, M: Array, p: Array) -> tuple[Array, Array, Array]:
     """Return axial, bending and torsional stress (n, m) in Pa at s (n,) and the places p (n, m) of the outline."""
     g = rod.section.geometry(s, rod.material.poisson)
     x1, x2 = np.moveaxis(rod.section.outline(s, p), -1, 0)
     bending = (M[:, 0] / g.I1)[:, None] * x2 - (M[:, 1] / g.I2)[:, None] * x1
     torsion = np.abs(M[:, 2:]) * rod.section.torsion_shear(s, p)
-    return np.broadcast_to((N / g.A)[:, None], bending.shape), bending, torsion
+    return np.broadcast_to((N3 / g.A)[:, None], bending.shape), bending, torsion
 
 
 def _von_mises(parts: tuple[Array, Array, Array]) -> Array:
@@ -123,17 +118,17 @@ def _point(rod: Rod, s: float, p: float) -> tuple[float, float]:
 
 
 def _round_outline(
-    rod: Rod, s: Array, N: Array, M: Array, kind: Callable[[tuple[Array, Array, Array]], Array]
+    rod: Rod, s: Array, N3: Array, M: Array, kind: Callable[[tuple[Array, Array, Array]], Array]
 ) -> tuple[Array, Array]:
     """Return place p (n,) and value (n,) of the largest ``kind`` on the outline at s (n,).
 
     The squares of the stresses have no maximum inside the section: normal stress is linear, and the shear is the gradient of
     a function whose Laplacian is constant.
     """
-    s, N, M = np.repeat(s, 4), np.repeat(N, 4), np.repeat(M, 4, axis=0)
+    s, N3, M = np.repeat(s, 4), np.repeat(N3, 4), np.repeat(M, 4, axis=0)
     starts = np.tile(np.arange(4.0), len(s) // 4)
     quarters = starts[:, None] + QUARTER
-    p, value = (part.reshape(-1, 4) for part in _largest(lambda p: kind(_parts(rod, s, N, M, p)), quarters))
+    p, value = (part.reshape(-1, 4) for part in _largest(lambda p: kind(_parts(rod, s, N3, M, p)), quarters))
     best = np.argmax(value, axis=1)[:, None]
     return np.take_along_axis(p, best, 1)[:, 0], np.take_along_axis(value, best, 1)[:, 0]
 
@@ -151,7 +146,6 @@ def _along(
     def largest_at(s: Array) -> Array:
         return _round_outline(rod, s.ravel(), *inner(s.ravel()), kind)[1].reshape(s.shape)
 
-    nodes = np.unique(nodes)
     samples = int(np.clip(ALONG // len(nodes), 2, 16)) + 1
     s = np.linspace(nodes[:-1], np.nextafter(nodes[1:], 0.0), samples, axis=1)  # to the left of a jump at the end
     highest = np.argsort(-np.max(sampled(s.ravel()).reshape(s.shape), axis=1))[:REFINED]
