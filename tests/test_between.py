@@ -45,9 +45,7 @@ def test_reactions_balance_the_loads_at_large_deflections() -> None:
     np.testing.assert_allclose(x.r(0.4), (0.1, 0.05, 0.35), atol=1e-11)
     forces = [x.reactions.start.force, *(r.force for r in x.reactions.between.values())]
     np.testing.assert_allclose(sum(forces) + load + point + (0, 2, 0) + (0, 0, 1), 0.0, atol=1e-8)
-    np.testing.assert_allclose(
-        x.reactions.between[0.7].force, -50.0 * (x.r(0.7) - np.array([0, 0, 0.6])), atol=1e-8
-    )
+    np.testing.assert_allclose(x.reactions.between[0.7].force, -50.0 * (x.r(0.7) - np.array([0, 0, 0.6])), atol=1e-8)
     s = np.linspace(0, 1, 4001)
     weight = np.trapezoid(np.cross(x.r(s), (0, 0, 1.0)), s, axis=0)
     moments = [x.reactions.start.moment, np.cross(x.r(0.4), point), np.cross(x.r(0.55), (0, 2, 0)), weight]
@@ -107,7 +105,10 @@ def test_moved_supports_bend_the_rod() -> None:
         ({1.2: dx.Pinned()}, r"problem.between has a support at s = 1.2 m, but the rod runs from 0 to 1 m"),
         ({0.5: dx.Free()}, r"problem.between\[0.5\] is Free\(\), which holds nothing"),
         ({0.5: dx.Gravity()}, r"problem.between\[0.5\] is Gravity.*a support"),
-        ({0.5: dx.Pinned((0, 0, 0.8))}, r"the supports at s = 0 and 0.5 m are 0.8 m apart, but the rod between them is 0.5 m"),
+        (
+            {0.5: dx.Pinned((0, 0, 0.8))},
+            r"the supports at s = 0 and 0.5 m are 0.8 m apart, but the rod between them is 0.5 m",
+        ),
         (dx.Pinned(), "problem.between is Pinned.*supports by their s"),
     ],
 )

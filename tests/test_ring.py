@@ -71,14 +71,14 @@ def test_a_loaded_ring_balances() -> None:
 
 
 def test_what_a_ring_refuses() -> None:
-    with pytest.raises(dx.InvalidInput, match="Ring has no argument 'end'"):
+    with pytest.raises(dx.InvalidInput, match=r"Ring has no argument 'end'"):
         dx.Ring(ROUND, end=dx.Free())
     with pytest.raises(dx.InvalidInput, match=r"ring.start is Pinned.*a Clamped"):
         dx.Ring(ROUND, start=dx.Pinned())
     with pytest.raises(dx.InvalidInput, match="ring.link is 'two'"):
         dx.Ring(ROUND, link="two")
     for method in (dx.Shooting(), dx.Elastica(), dx.DiscreteRod(20)):
-        with pytest.raises(dx.InvalidInput, match="closed to a Ring; use Collocation"):
+        with pytest.raises(dx.InvalidInput, match=r"closed to a Ring; use Collocation"):
             dx.solve(dx.Ring(ROUND), method)
 
 

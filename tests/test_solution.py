@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import darboux as dx
+from darboux.solution import ErrorEstimate
 from tests import cases
 
 METHODS = [dx.Shooting(), dx.DiscreteRod(30)]
@@ -116,3 +117,50 @@ def test_the_estimated_error_is_a_length() -> None:
         for L in (1.0, 1024.0)
     )
     assert large.error.tip == pytest.approx(1024.0 * small.error.tip, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", [dx.Collocation(), dx.DiscreteRod(20)], ids=str)
+def test_a_data_set_holds_the_fields_with_their_units(method) -> None:
+    solution = dx.solve(cases.anisotropic((1.5, -1, -0.8), (0.4, 0.6, 0.9), stretch=True), method)
+    data = solution.to_dataset()
+    np.testing.assert_array_equal(data.s, solution.s)
+    some = solution.to_dataset(s=[0.0, 0.3, 1.0])
+    for name, unit in (("r", "m"), ("R", "1"), ("k", "1/m"), ("v", "1"), ("n", "N"), ("m", "N m")):
+        np.testing.assert_array_equal(data[name], getattr(solution, name)(solution.s))
+        np.testing.assert_array_equal(some[name], getattr(solution, name)(np.array([0.0, 0.3, 1.0])))
+        assert data[name].attrs["units"] == unit
+        assert data[name].attrs["long_name"]
+    assert data.s.attrs["units"] == "m"
+    assert float(data.r.sel(component="y").isel(s=-1)) == solution.tip[1]
+    np.testing.assert_array_equal(data.R.sel(director=3), solution.R(solution.s)[:, :, 2])
+    assert data.attrs["status"] == "converged"
+    assert data.attrs["method"] == str(method)
+    assert data.attrs["model"] == "stretch"
+    assert data.attrs["energy_bending"] == solution.energy.bending
+    assert all(isinstance(value, str | int | float) for value in data.attrs.values())  # what a file can hold
+    assert solution.to_dataset(0.5).sizes["s"] == 1
+    with pytest.raises(dx.InvalidInput, match=r"s is 1\.5 m"):
+        solution.to_dataset([1.5])
+
+
+def test_the_text_names_what_is_known() -> None:
+    """Reactions of both ends; error, stability and stress only where there are any; no rounding shown as a number."""
+    text = str(dx.solve(cases.posed()))
+    for line in ("start force", "start moment", "end   force", "end   moment", "energy"):
+        assert f"\n{line}" in text
+    assert "MPa" not in text
+    assert "error" not in str(dx.solve(cases.tip_force(1.0), dx.DiscreteRod(10)))
+    bent = dx.solve(cases.tip_force(1.0))
+    lines = {line[:14].strip(): line[14:] for line in str(bent).splitlines()}
+    assert lines["tip"] == f"({bent.tip[0]:.9g}, {bent.tip[1]:.9g}, 0) m"
+    known = dataclasses.replace(bent, error=ErrorEstimate(1e-12, 2e-10, 3e-11, 4e-13))
+    assert "tip 1.0e-12 m, reactions 2.0e-10 N, moments 3.0e-11 N m, energy 4.0e-13 J (estimated)" in str(known)
+
+
+def test_the_energy_of_a_load_that_jumps_between_vertices() -> None:
+    """A straight rod under its own weight up to 0.37 L: -int w s ds, though no vertex stands at the jump."""
+    load = dx.LineForce(lambda s: np.outer(s < 0.37, (0, 0, 2.0)))
+    for method in (dx.Collocation(), dx.DiscreteRod(10)):
+        assert dx.solve(dx.Equilibrium(cases.UNIT, loads=[load]), method).energy.load == pytest.approx(
+            -(0.37**2), rel=1e-8
+        )

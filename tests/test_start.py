@@ -35,7 +35,9 @@ def test_a_load_changed_by_one_percent_takes_few_iterations(weight: float) -> No
 
 def test_a_start_of_another_resolution_and_with_stations() -> None:
     between = {0.4: dx.Roller(along=(0, 0, 1), position=(0, 0, 0.4))}
-    problem = dx.Equilibrium(FLAT, loads=[dx.EndForce((0.4, 0.3, 0)), dx.PointForce((0, 1, 0), at=0.7)], between=between)
+    problem = dx.Equilibrium(
+        FLAT, loads=[dx.EndForce((0.4, 0.3, 0)), dx.PointForce((0, 1, 0), at=0.7)], between=between
+    )
     coarse = dx.solve(problem, dx.Collocation(rtol=1e-3))
     np.testing.assert_allclose(dx.solve(problem, start=coarse).tip, dx.solve(problem).tip, atol=1e-10)
 

@@ -60,10 +60,11 @@ class SectionStiffness:
 
 
 class Section:
-    """What every section offers: its dimensions as profiles, its stiffness along s."""
+    """What every section offers: its dimensions as profiles, its stiffness along s, its outline where it has a shape."""
 
     needs_material = True
     coupled = False
+    has_shape = True
 
     def profiles(self) -> dict[str, Profile]:
         """Return the section's own quantities along s, by field name."""
@@ -76,6 +77,17 @@ class Section:
     def outer_area(self, s: Array) -> Array | None:
         """Return the area in m^2 inside the outline at s (n,), or None where the section has no shape."""
         return self.geometry(s, 0.0).A
+
+    def outline(self, s: Array, p: Array) -> Array:
+        """Return the points (x1, x2) of the outer outline in m, (n, m, 2), at s (n,) and the places p (n, m).
+
+        p runs once round the outline from 0 to 4, from d1 towards d2, and smoothly between whole numbers.
+        """
+        raise NotImplementedError
+
+    def torsion_shear(self, s: Array, p: Array) -> Array:
+        """Return Saint-Venant's shear stress on the outline per unit of torque, (n, m) in 1/m^3, places as in `outline`."""
+        raise NotImplementedError
 
     def stiffness(self, s: Array, material: Material | None) -> SectionStiffness:
         """Return E I1, E I2, G J, E A, G A1, G A2 and rho A at s (n,)."""
@@ -102,6 +114,12 @@ def _circular_shear(nu: float, ratio: Array) -> Array:
     return np.asarray(6.0 * (1.0 + nu) * p / ((7.0 + 6.0 * nu) * p + (20.0 + 12.0 * nu) * ratio**2))
 
 
+def _ellipse(a: Array, b: Array, p: Array) -> Array:
+    """Return the points (n, m, 2) of ellipses with the semi-axes a, b (n,) at a quarter turn for each unit of p."""
+    angle = 0.5 * np.pi * p
+    return np.stack([a[:, None] * np.cos(angle), b[:, None] * np.sin(angle)], axis=-1)
+
+
 @description
 class Circle(Section):
     """A solid circular section.
@@ -125,6 +143,14 @@ class Circle(Section):
         inertia = np.pi * r**4 / 4.0
         shear = _circular_shear(nu, np.zeros_like(r))
         return SectionGeometry(np.pi * r**2, inertia, inertia, 2.0 * inertia, shear, shear)
+
+    def outline(self, s: Array, p: Array) -> Array:
+        r = self.profiles()["radius"](s)
+        return _ellipse(r, r, p)
+
+    def torsion_shear(self, s: Array, p: Array) -> Array:
+        shear = 2.0 / (np.pi * self.profiles()["radius"](s) ** 3)  # r / J
+        return np.asarray(np.broadcast_to(shear[:, None], (len(s), p.shape[-1])))
 
 
 @description
@@ -168,6 +194,14 @@ class Tube(Section):
         shear = _circular_shear(nu, inner / outer)
         return SectionGeometry(np.pi * (outer**2 - inner**2), inertia, inertia, 2.0 * inertia, shear, shear)
 
+    def outline(self, s: Array, p: Array) -> Array:
+        outer = self.profiles()["outer_radius"](s)
+        return _ellipse(outer, outer, p)
+
+    def torsion_shear(self, s: Array, p: Array) -> Array:
+        shear = self.profiles()["outer_radius"](s) / self.geometry(s, 0.0).J
+        return np.asarray(np.broadcast_to(shear[:, None], (len(s), p.shape[-1])))
+
 
 @description
 class Rectangle(Section):
@@ -199,6 +233,76 @@ class Rectangle(Section):
         J = p * q**3 * (1.0 / 3.0 - 64.0 * q / (np.pi**5 * p) * series)
         shear = np.full_like(b, 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu))  # Cowper (1966), table 1
         return SectionGeometry(b * h, b * h**3 / 12.0, h * b**3 / 12.0, J, shear, shear)
+
+    def _sides(self, s: Array, p: Array) -> tuple[Array, Array, Array, Array]:
+        """Return half of b and of h (n, 1), the side (n, m) that p lies on, and the place on it, from its middle, in m.
+
+        Places lie closer towards the corners, where the shear of torsion falls to zero within the other side's length.
+        """
+        b, h = (0.5 * value(s)[:, None] for value in self.profiles().values())
+        side = np.clip(np.floor(p), 0.0, 3.0) + np.zeros_like(b)
+        half, other = np.where(side % 2.0 == 0.0, h, b), np.where(side % 2.0 == 0.0, b, h)
+        t = 2.0 * (p - side) - 1.0
+        from_corner = 0.5 * other * np.expm1((1.0 - np.abs(t)) * np.log1p(2.0 * half / other))
+        return b, h, side, np.sign(t) * (half - from_corner)
+
+    def outline(self, s: Array, p: Array) -> Array:
+        b, h, side, along = self._sides(s, p)
+        x1 = np.choose(side.astype(int), [b, -along, -b, along])
+        x2 = np.choose(side.astype(int), [along, h, -along, -h])
+        return np.stack([x1, x2], axis=-1)
+
+    def torsion_shear(self, s: Array, p: Array) -> Array:
+        """Saint-Venant's series on the long and the short sides (Timoshenko and Goodier, art. 109)."""
+        b, h, side, along = self._sides(s, p)
+        long = (side % 2.0 == 0.0) == (h >= b)
+        a, c, along = (np.broadcast_to(x, long.shape) for x in (np.minimum(b, h), np.maximum(b, h), np.abs(along)))
+        sums = np.empty(long.shape)
+        sums[long] = _long_side(a[long], c[long], along[long])
+        sums[~long] = _short_side(a[~long], c[~long], along[~long])
+        return np.asarray(16.0 * a / (np.pi**2 * self.geometry(s, 0.0).J[:, None]) * sums)
+
+
+ODD = range(1, 13, 2)  # exp(-pi)^n is below 1e-17 for the first n left out
+
+
+def _long_side(a: Array, c: Array, y: Array) -> Array:
+    """Return sum_{n odd} [1 - cosh(n pi y / 2 a) / cosh(n pi c / 2 a)] / n^2, a <= c half the sides of a rectangle, y >= 0.
+
+    What falls slowly has a closed sum; the rest falls as exp(-n pi c / a).
+    """
+    near, far = 0.5 * np.pi * (c - y) / a, 0.5 * np.pi * (c + y) / a
+    total = 0.125 * np.pi**2 - _chi2(np.exp(-near)) - _chi2(np.exp(-far))
+    for n in ODD:
+        qn = np.exp(-n * np.pi * c / a)
+        total += qn / (1.0 + qn) / n**2 * (np.exp(-n * near) + np.exp(-n * far))
+    return np.asarray(total)
+
+
+def _short_side(a: Array, c: Array, x: Array) -> Array:
+    """Return sum_{n odd} tanh(n pi c / 2 a) sin(n u) / n^2, u = pi (a - x) / 2 a, a <= c half the sides of a rectangle, x >= 0.
+
+        sum_{n odd} sin(n u) / n^2 = -(u / 2) ln z + int_0^1 arctan(z t) / t dt,  z = tan(u / 2) <= 1
+
+    takes what falls slowly, its integral by Gauss' rule, exact to rounding; the rest falls as exp(-n pi c / a).
+    """
+    u = 0.5 * np.pi * (a - x) / a
+    z = np.tan(0.5 * u)
+    total = -0.5 * u * np.log(np.maximum(z, 1e-300))
+    t, w = np.polynomial.legendre.leggauss(12)
+    for place, weight in zip(0.5 + 0.5 * t, 0.5 * w, strict=True):
+        total += weight / place * np.arctan(z * place)
+    for n in ODD:
+        qn = np.exp(-n * np.pi * c / a)
+        total -= 2.0 * qn / (1.0 + qn) / n**2 * np.sin(n * u)
+    return np.asarray(total)
+
+
+def _chi2(z: Array) -> Array:
+    """Return Legendre's chi function, sum_{n odd} z^n / n^2 = (Li2(z) - Li2(-z)) / 2, for 0 <= z <= 1."""
+    from scipy.special import spence
+
+    return np.asarray(0.5 * (spence(1.0 - z) - spence(1.0 + z)))
 
 
 @description
@@ -238,6 +342,16 @@ class Ellipse(Section):
             self._shear(b / a, nu),
         )
 
+    def outline(self, s: Array, p: Array) -> Array:
+        a, b = (value(s) for value in self.profiles().values())
+        return _ellipse(a, b, p)
+
+    def torsion_shear(self, s: Array, p: Array) -> Array:
+        """Prandtl's 2 / (pi a b) sqrt(x1^2 / a^4 + x2^2 / b^4) (Timoshenko and Goodier, art. 105)."""
+        a, b = (value(s)[:, None] for value in self.profiles().values())
+        x1, x2 = np.moveaxis(self.outline(s, p), -1, 0)
+        return np.asarray(2.0 / (np.pi * a * b) * np.hypot(x1 / a**2, x2 / b**2))
+
 
 @description
 class Stiffness(Section):
@@ -259,6 +373,7 @@ class Stiffness(Section):
     mass: Varying | None = None
 
     needs_material = False
+    has_shape = False
 
     def __post_init__(self) -> None:
         if self.EI2 is None:
@@ -309,6 +424,7 @@ class StiffnessMatrix(Section):
 
     needs_material = False
     coupled = True
+    has_shape = False
 
     def __post_init__(self) -> None:
         self.profiles()

@@ -4,18 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import frames
+from darboux import balance, frames, link, stress
+from darboux.balance import Balance
 from darboux.checks import real_array, shown
-from darboux.curve import Curve
+from darboux.curve import Curve, gauss_points
+from darboux.dataset import dataset
 from darboux.errors import InvalidInput, NotConverged
 from darboux.problem import Equilibrium
+from darboux.stress import LargestStrain, LargestStress, Stress
+from darboux.summary import summary, vector
+
+if TYPE_CHECKING:
+    import xarray
 
 Array = NDArray[np.float64]
+
+SMALL_STRAIN = 0.05  # beyond it linear elasticity and sections that keep their shape are a rough picture
+CLOSED = 1e-6  # of the length, or rad: a gap between the ends that is none
 
 
 @dataclass(frozen=True)
@@ -78,9 +88,9 @@ class Energy:
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """The estimated error of the answer: None where the method gives none.
+    """The estimated error of the answer: ``tip`` in m, ``reactions`` in N, ``moments`` of the supports in N m, ``energy`` in J.
 
-    ``tip`` in m, the largest of any position; ``reactions`` in N and ``moments`` in N m, the largest of any support.
+    None where the method gives none.
     """
 
     tip: float | None = None
@@ -215,9 +225,14 @@ class EquilibriumSolution:
         )
 
     @cached_property
+    def _nodes(self) -> Array:
+        """The places between which all is smooth: (n,) in m, those of the curve and where the data bend or jump."""
+        return np.unique(np.concatenate([self.curve.s, self.problem.breaks, self.problem.steep_places]))
+
+    @cached_property
     def energy(self) -> Energy:
-        """The energies, integrated by Gauss' rule of three points between nodes; elastic ones the method's own if it has."""
-        points, weights = gauss_points(self.curve.s)
+        """The energies, integrated by Gauss' rule of five points between nodes; elastic ones the method's own if it has."""
+        points, weights = gauss_points(self._nodes)
         rod, y = self.problem.rod, self.curve(points)
         r, works = y[:, 0:3], np.prod(self._section(points, y), axis=0)
         stretched, bent, twisted = (np.sum(works[:, part], axis=1) for part in np.split(np.arange(6), [3, 5]))
@@ -231,41 +246,111 @@ class EquilibriumSolution:
         )
         return Energy(bending, twist, stretch, self.load_factor * (load - ends))
 
+    # -- stress and strain ---------------------------------------------------------------------------------------
+
+    def _axial_force_and_moment(self, s: Array) -> tuple[Array, Array]:
+        y = self.curve(s)
+        R = frames.matrix_of_quaternion(y[:, 3:7])
+        return np.einsum("ni,ni->n", R[:, :, 2], y[:, 7:10]), np.einsum("nji,nj->ni", R, y[:, 10:13])
+
+    def stress(self, s: Any) -> Stress:
+        """Return the stress in Pa at s: of the axial force, of bending and torsion on the section's outline, and von Mises'.
+
+            axial = N3 / A,   bending = M1 x2 / I1 - M2 x1 / I2,   torsion = |M3| t(x1, x2);   N = R^T n,  M = R^T m
+
+        with Saint-Venant's t for the section's shape, and for a tube on its outer wall, where all of them are largest. The
+        shear stress of the transverse force, smaller than bending's by the thickness over the length, is left out. Under
+        ``Buoyancy`` n is the effective force. Each part has the shape of s. Raises ``InvalidInput`` for a ``Stiffness``.
+        """
+        points, _ = self._states(s)
+        found = stress.stress(self.problem.rod, points, *self._axial_force_and_moment(points))
+        return Stress(*(self._shaped(s, getattr(found, part)) for part in ("axial", "bending", "torsion", "von_mises")))
+
+    @cached_property
+    def largest_stress(self) -> LargestStress:
+        """The largest von Mises stress of the whole rod, to 1e-6 of itself, with its place. Raises as ``stress``."""
+        return stress.largest_stress(self.problem.rod, self._axial_force_and_moment, self._nodes)
+
+    @cached_property
+    def largest_strain(self) -> LargestStrain:
+        """The largest principal strain of the whole rod, by magnitude, with its place. Raises as ``stress``.
+
+            e = v3 - 1 + ((k - k0) x x)_3,   g = torsion / G:   |e| (1 - nu) / 2 + sqrt((1 + nu)^2 e^2 + g^2) / 2
+
+        It is |e|, the strain of the fibre, where the rod bends and stretches, and g / 2 where it only twists.
+        """
+        return stress.largest_strain(self.problem.rod, self._axial_force_and_moment, self._nodes)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What to mind before the answer is used, in sentences: strain beyond 5 %, where small-strain theory is left."""
+        if not self.problem.rod.section.has_shape or self.largest_strain.strain <= SMALL_STRAIN:
+            return ()
+        found = self.largest_strain
+        return (
+            f"the strain reaches {100.0 * found.strain:.3g} % at s = {found.s:.4g} m; beyond {100.0 * SMALL_STRAIN:g} % linear "
+            "elasticity and small-strain theory are rough.",
+        )
+
+    # -- is it right? --------------------------------------------------------------------------------------------
+
+    @cached_property
+    def balance(self) -> Balance:
+        """The residual of the balance of forces and moments, integrated independently of the method, in units of the largest."""
+        return balance.balance(self.problem, self.curve, self.load_factor, self._nodes)
+
+    # -- the curve and its ribbon --------------------------------------------------------------------------------
+
+    @cached_property
+    def twist(self) -> float:
+        """The twist of the directors about d3 in turns, Tw = int k3 ds / 2 pi.
+
+        It is the twist about the tangent where the rod does not shear.
+        """
+        points, weights = gauss_points(self._nodes)
+        return float(weights @ self.k(points)[:, 2]) / frames.turn
+
+    @cached_property
+    def writhe(self) -> float:
+        """The writhe of the centreline in turns, Wr = int int (t x t') . (r - r') / |r - r'|^3 ds ds' / 4 pi.
+
+        Of the open curve where the ends do not meet. Source: F. B. Fuller, Proc. Natl. Acad. Sci. USA 68 (1971) 815.
+        """
+        return link.writhe(lambda s: self.curve(s)[:, 0:3], self._nodes, self._gaps[0] <= CLOSED)
+
+    @property
+    def link(self) -> float:
+        """The link in turns, Lk = Tw + Wr: a whole number where d1 closes too (Calugareanu, White, Fuller).
+
+        Raises ``InvalidInput`` where the centreline does not close smoothly, or the rod shears: d3 is not its tangent then.
+        """
+        if self.problem.rod.shear:
+            raise InvalidInput(
+                "solution.link needs a rod that does not shear, for d3 to be the tangent; set shear=False."
+            )
+        distance, angle = self._gaps
+        if distance > CLOSED or angle > CLOSED:
+            raise InvalidInput(
+                f"solution.link is defined for closed rods, but the ends are {distance * self.problem.rod.length:.3g} m apart and "
+                f"their tangents {round(np.degrees(angle), 6):g} degrees; twist and writhe are there for open rods too."
+            )
+        return self.twist + self.writhe
+
+    @property
+    def _gaps(self) -> tuple[float, float]:
+        """The distance of the ends, relative to the length, and the angle between their tangents in rad."""
+        (r0, rL), (R0, RL) = self.curve.y[[0, -1], 0:3], frames.matrix_of_quaternion(self.curve.y[[0, -1], 3:7])
+        angle = np.arctan2(np.linalg.norm(np.cross(R0[:, 2], RL[:, 2])), R0[:, 2] @ RL[:, 2])
+        return float(np.linalg.norm(rL - r0)) / self.problem.rod.length, float(angle)
+
+    # -- for reading and for other tools -------------------------------------------------------------------------
+
+    def to_dataset(self, s: Any = None) -> xarray.Dataset:
+        """Return r, R, k, v, n, m as an ``xarray.Dataset`` with units, at s (n,) in m, or at the nodes."""
+        return dataset(self, self.s if s is None else s)
+
     def __repr__(self) -> str:
-        return f"<EquilibriumSolution by {self.method}: {self.status.code}, tip {_vector(self.tip)} m>"
+        return f"<EquilibriumSolution by {self.method}: {self.status.code}, tip {vector(self.tip)} m>"
 
     def __str__(self) -> str:
-        s = np.linspace(0.0, self.problem.rod.length, 401)
-        moment = np.linalg.norm(self.m(s), axis=1)
-        place = int(np.argmax(moment))
-        lines = [
-            f"status        {self.status.message}",
-            f"method        {self.method} ({self.model})",
-            f"tip           {_vector(self.tip)} m",
-        ]
-        if self.error.tip is not None:
-            lines.append(f"tip error     {self.error.tip:.1e} m (estimated)")
-        for end in ("start", "end"):
-            if getattr(self.problem, end).holds:
-                reaction = getattr(self.reactions, end)
-                lines.append(f"{end:<5} force   {_vector(reaction.force)} N")
-                lines.append(f"{end:<5} moment  {_vector(reaction.moment)} N m")
-        lines.append(f"largest |m|   {moment[place]:.6g} N m at s = {s[place]:.4g} m")
-        lines.append(
-            f"energy        {self.energy.total:.6g} J (elastic {self.energy.elastic:.6g}, loads {self.energy.load:.6g})"
-        )
-        if self.index is not None:
-            lines.append(f"stability     {'stable' if self.stable else f'unstable in {self.index} direction(s)'}")
-        return "\n".join(lines)
-
-
-def gauss_points(nodes: Array) -> tuple[Array, Array]:
-    """Return points and weights of Gauss' rule of three points on each interval between nodes."""
-    x, w = np.polynomial.legendre.leggauss(3)
-    half = np.diff(nodes)[:, None] / 2.0
-    points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * x
-    return points.ravel(), (half * w).ravel()
-
-
-def _vector(values: Array) -> str:
-    return "(" + ", ".join(f"{value + 0.0:.9g}" for value in values) + ")"
+        return summary(self)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.rod_equations import FORCE, MOMENT
-from darboux.solution import ErrorEstimate
+from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics.collocation_equations import MOST_ELEMENTS, Equations
 from darboux.statics.mesh import Mesh, size, units
 
@@ -28,7 +28,6 @@ def refined(
     sharp, order = max(1e-3 * rtol, 1e-13), 2 * mesh.stages
     rough = sharp if even else max(0.1 * rtol, sharp)  # of the coarse mesh: divided by 2^order it is sharp enough
     elements = even or min(mesh.elements, equations.elements_for(mesh))
-    estimate = ErrorEstimate()
     for attempt in range(MOST_MESHES):
         guess = mesh if first and attempt == 0 else _laid_anew(equations, mesh, elements, even)
         coarse = equations.newton(guess, 1.0, rough, most=20)
@@ -38,11 +37,11 @@ def refined(
         mesh = fine[0]
         gap = size(mesh.y[coarse[0].in_halves] - coarse[0].y, mesh.y)
         error = max(SURE * gap / 2.0**order, ROUNDING)
-        estimate = _error(equations, coarse[0], mesh, order)
-        if even or elements >= MOST_ELEMENTS or error <= rtol:
+        if even or elements >= MOST_ELEMENTS or error <= rtol or attempt == MOST_MESHES - 1:
+            estimate = _error(equations, coarse[0], mesh, order)
             return mesh if even else _dense(equations, coarse[0], mesh, rtol, sharp), estimate
         elements = int(elements * np.clip(1.1 * (error / rtol) ** (1.0 / order), 1.2, 4.0)) + 1
-    return mesh, estimate
+    return None
 
 
 def _laid_anew(equations: Equations, mesh: Mesh, elements: int, even: int | None) -> Mesh:
@@ -76,10 +75,16 @@ def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorE
     gaps = np.abs(fine.y[coarse.in_halves] - coarse.y)
     held = [0, *coarse.joints, *(coarse.joints + 1), len(coarse.x) - 1]
     force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
-    unit = units(fine.y)
+    unit = [float(x) for x in units(fine.y)]
+    problem, model, status = equations.problem, equations.problem.rod.model, Status("converged", "")
+    energies = [
+        EquilibriumSolution(problem, None, model, status, equations.curve(mesh, 1.0)).energy.total
+        for mesh in (coarse, fine)
+    ]
     place = float(np.max(np.linalg.norm(gaps[:, :3], axis=1)))
     return ErrorEstimate(
         max(share * place, ROUNDING) * scale.length,
         max(share * force, ROUNDING * unit[FORCE]) * scale.force,
         max(share * moment, ROUNDING * unit[MOMENT]) * scale.moment,
+        max(share * float(np.ptp(energies)), ROUNDING * float(np.max(np.abs(energies)))),
     )
