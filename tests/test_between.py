@@ -119,5 +119,5 @@ def test_mistakes_are_named(between: object, words: str) -> None:
 
 @pytest.mark.parametrize("method", [dx.Shooting(), dx.Elastica(), dx.DiscreteRod(20)])
 def test_other_methods_say_that_they_have_no_support_there(method: object) -> None:
-    with pytest.raises(dx.InvalidInput, match="between its ends, at s = 0.5 m; use Collocation"):
+    with pytest.raises(dx.InvalidInput, match=r"between its ends, at s = 0.5 m; use Collocation"):
         dx.solve(dx.Equilibrium(ROD, between={0.5: on_line(0.5)}), method)

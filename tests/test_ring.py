@@ -75,7 +75,7 @@ def test_what_a_ring_refuses() -> None:
         dx.Ring(ROUND, end=dx.Free())
     with pytest.raises(dx.InvalidInput, match=r"ring.start is Pinned.*a Clamped"):
         dx.Ring(ROUND, start=dx.Pinned())
-    with pytest.raises(dx.InvalidInput, match="ring.link is 'two'"):
+    with pytest.raises(dx.InvalidInput, match=r"ring.link is 'two'"):
         dx.Ring(ROUND, link="two")
     for method in (dx.Shooting(), dx.Elastica(), dx.DiscreteRod(20)):
         with pytest.raises(dx.InvalidInput, match=r"closed to a Ring; use Collocation"):

@@ -138,7 +138,9 @@ class Equations:
         for at, conditions in ((0.0, self.start), *self.stations, (1.0, self.end)):
             if conditions.support.holds and conditions.support is not support:
                 conditions.grow_from(states[np.searchsorted(points, at)], all_at_once=self.shape is not None)
-        return State(self._mesh(x, points, states))
+        mesh = self._mesh(x, points, states)
+        exact = self.newton(mesh, 0.0, PATH_TOLERANCE, most=8)
+        return State(mesh if exact is None else exact[0])
 
     def bent(self, k: Callable[[Array], Array], x: Array, carrying: bool) -> Mesh:
         """Return the rod bent to the curvature and twist k L, with the moments of that and, if asked, the forces of the loads."""
