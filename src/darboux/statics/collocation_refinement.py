@@ -38,8 +38,8 @@ def refined(
         gap = size(mesh.y[coarse[0].in_halves] - coarse[0].y, mesh.y)
         error = max(SURE * gap / 2.0**order, ROUNDING)
         if even or elements >= MOST_ELEMENTS or error <= rtol or attempt == MOST_MESHES - 1:
-            estimate = _error(equations, coarse[0], mesh, order)
-            return mesh if even else _dense(equations, coarse[0], mesh, rtol, sharp), estimate
+            pair = (coarse[0], mesh) if even else _dense(equations, coarse[0], mesh, rtol, sharp)
+            return pair[1], _error(equations, *pair, order)
         elements = int(elements * np.clip(1.1 * (error / rtol) ** (1.0 / order), 1.2, 4.0)) + 1
     return None
 
@@ -51,8 +51,8 @@ def _laid_anew(equations: Equations, mesh: Mesh, elements: int, even: int | None
     return mesh.laid(np.sort(np.concatenate([x, mesh.x[mesh.joints]])))
 
 
-def _dense(equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: float) -> Mesh:
-    """Halve the elements until the curve between the nodes is as good as the nodes are."""
+def _dense(equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: float) -> tuple[Mesh, Mesh]:
+    """Halve the elements until the curve between the nodes is as good as the nodes are; return the last two meshes."""
     scale = equations.scale
     while fine.elements < MOST_ELEMENTS:
         between = equations.curve(coarse, 1.0)(fine.x * scale.length)
@@ -66,7 +66,7 @@ def _dense(equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: f
         if finer is None:
             break
         coarse, fine = fine, finer[0]
-    return fine
+    return coarse, fine
 
 
 def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorEstimate:
@@ -86,5 +86,5 @@ def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorE
         max(share * place, ROUNDING) * scale.length,
         max(share * force, ROUNDING * unit[FORCE]) * scale.force,
         max(share * moment, ROUNDING * unit[MOMENT]) * scale.moment,
-        max(share * float(np.ptp(energies)), ROUNDING * float(np.max(np.abs(energies)))),
+        max(share * float(np.ptp(energies)), ROUNDING * max(scale.moment, *(abs(energy) for energy in energies))),
     )
