@@ -25,6 +25,7 @@ from darboux.statics.collocation_refinement import refined
 from darboux.statics.mesh import Mesh
 
 ALMOST = 0.99  # of the load: what ends here for want of slack is taut
+MOST_SNAPS = 3
 FLATTEST = 0.05  # stretch below which a rod counts as compressed to nothing
 
 
@@ -120,18 +121,28 @@ class Collocation:
         path = load_path.follow(equations, equations.unloaded(), until_unstable=True)
         code, message = load_path.ending(path, "Collocation", origin)
         if path.unstable is not None and equations.has_potential:
+            a, b = path.crossings[0]
+            leaving = (
+                f"Between {100.0 * a:.4g} % and {100.0 * b:.4g} % of the load the straight-on branch turns unstable, and the rod "
+                "leaves it to the side that a small disturbance gives"
+            )
             buckled = equations.buckled(path)
-            if buckled is None:  # then at least the unstable branch, and said to be so
+            if buckled is not None:
+                path, code = buckled, "converged"
+                message = f"converged: the stable equilibrium that follows from {origin}. {leaving}."
+            elif (behind := self._behind_a_snap(equations)) is not None:
+                fold = f"{100.0 * equations.ended.load_factor:.4g} %" if equations.ended else ""
+                equations, path = behind
+                code, message = (
+                    "converged",
+                    (
+                        f"converged: a stable equilibrium behind a snap. {leaving}; that branch ends at a fold, at {fold}, from where "
+                        "the rod was let go. Contact of the rod with itself is left out."
+                    ),
+                )
+            else:  # then at least the unstable branch, and said to be so
                 path = load_path.follow(equations, equations.unloaded())
                 code, message = load_path.ending(path, "Collocation", origin)
-            else:
-                a, b = path.crossings[0]
-                path, code = buckled, "converged"
-                message = (
-                    f"converged: the stable equilibrium that follows from {origin}. Between {100.0 * a:.4g} % and "
-                    f"{100.0 * b:.4g} % of the load the straight-on branch turns unstable, and the rod leaves it to the side that "
-                    "a small disturbance gives."
-                )
         mesh = path.state.mesh
         if path.load_factor < 1.0:
             if equations.flattest(mesh) < FLATTEST:
@@ -147,6 +158,27 @@ class Collocation:
             )
             return _Found(equations, Status("no_convergence", message), mesh, ErrorEstimate(), path)
         return _Found(equations, Status(code, message), *answer, path)
+
+    def _behind_a_snap(self, equations: Equations) -> tuple[Equations, load_path.Path[State]] | None:
+        """Return a stable equilibrium at full load that is reached from the shape at a fold, or None.
+
+        The rod is made free of stress in that shape, and followed while its own natural shape comes back.
+        """
+        problem = equations.problem
+        for _ in range(MOST_SNAPS):
+            if equations.ended is None or equations.ended.unstable is not None:
+                return None
+            curve = equations.curve(equations.ended.state.mesh, equations.ended.load_factor)
+            iterations = equations.iterations
+            equations = Equations(problem, self.stages, first_shape.given(problem, equations.scale, curve))
+            equations.iterations = iterations
+            path = load_path.follow(equations, equations.unloaded(), until_unstable=True)
+            equations.ended = path
+            if path.unstable is not None:
+                path = equations.buckled(path) or path
+            if path.load_factor == 1.0 and path.index == 0:
+                return equations, path
+        return None
 
 
 @dataclass(frozen=True)

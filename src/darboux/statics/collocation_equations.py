@@ -107,6 +107,7 @@ class Equations:
         self.has_potential = stability.has_potential(problem)
         self.iterations = 0
         self.free = 0  # free motions that the last step left alone
+        self.ended: load_path.Path[State] | None = None  # where the disturbed path ended
         self.disturbance = 0.0
         self.disturbances: list[CubicSpline] = []  # the modes (n, 3) along which a small load acts, as functions of x
         self._last: tuple[float, float, Array] = (np.nan, np.nan, np.empty(0))
@@ -404,6 +405,7 @@ class Equations:
             self.disturbances.append(CubicSpline(np.unique(state.mesh.x), mode / largest))
             self.disturbance = DISTURBANCE
             disturbed = load_path.follow(self, self.unloaded(), until_unstable=True)
+        self.ended = disturbed
         reached = disturbed.load_factor == 1.0 and disturbed.index == 0
         mesh = self._undisturbed(disturbed.state.mesh) if reached else None
         self.disturbance = 0.0

@@ -173,7 +173,8 @@ def ending(path: Path[State], method: str, origin: str = "the unloaded rod") -> 
         )
     return "folded", (
         f"the equilibrium that follows from {origin} ends at {percent} of the load: beyond a fold the rod snaps to "
-        f"another shape. The last equilibrium is in .solution; lower the load below {percent}, or load in another order."
+        f"another shape. The last equilibrium is in .solution; solve_all(problem) looks for those at full load, and solve(problem, "
+        "start=...) takes a shape to set out from."
     )
 
 
