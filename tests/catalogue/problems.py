@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import darboux as dx
+from darboux import frames
 from tests import cases
 
 UNIT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.75, mass=1.0))
@@ -193,6 +194,46 @@ def _pushed() -> list[Entry]:
         problem = dx.Equilibrium(UNIT, end=dx.Clamped(position=(0, 0, 1.0 - D), twist=Phi))
         entries.append(Entry(f"pushed by {D:g}, twisted by {Phi:g}", problem, _writhing, digits, 1e-7))
     return entries
+
+
+def _twisted_to_a_tenth() -> list[Entry]:
+    """Clamps pushed together to a tenth of the length with whole turns of twist: two to six snap on the way.
+
+    Which equilibrium is found is read from its stability; that it is one, from an integration with its own start.
+    """
+    return [
+        Entry(
+            f"{name}, pushed to 0.1, {turns} turns",
+            dx.Equilibrium(rod, end=dx.Clamped(position=(0, 0, 0.1), twist=turns * dx.turn)),
+            misses_its_end,
+            np.zeros(6),
+            1e-7,
+        )
+        for name, rod in (("round", UNIT), ("flat", FLAT))
+        for turns in (1, 2, 3, 4, 6)
+    ]
+
+
+def misses_its_end(x: Any) -> Any:
+    """By how much an integration from the found start misses the end's place and tangents, Dormand-Prince at 1e-12."""
+    L, start, end = x.problem.rod.length, x.problem.start, x.problem.end
+    shot = dx.integrate(x.problem.rod, x.k(0.0), x.n(0.0), position=start.position, frame=start.R, rtol=1e-12)
+    turned = end.R @ frames.matrix_of_quaternion(frames.quaternion_of_turn(np.array([[0.0, 0.0, end.twist]]))[0])
+    return np.append((shot.r(L) - np.array(end.position)) / L, np.diag(turned.T @ shot.R(L)) - 1.0)
+
+
+def _rings() -> list[Entry]:
+    """Rings: the twisted circle by its energy (closed form), and rings that are no circles by an integration."""
+    energy = lambda x: x.energy.total  # noqa: E731
+    curved = dx.Rod(1.0, UNIT.section, natural=(1.0, 4.0, 2.0))
+    return [
+        *(
+            Entry(f"ring, link {link:g}", dx.Ring(UNIT, link=link), energy, 2 * np.pi**2 + 1.5 * (np.pi * link) ** 2)
+            for link in (0.0, 1.0, 2.2)
+        ),
+        Entry("flat ring, link 1", dx.Ring(FLAT, link=1.0), misses_its_end, np.zeros(6), 1e-7),
+        Entry("curved ring", dx.Ring(curved, link=1.0), misses_its_end, np.zeros(6), 1e-7),
+    ]
 
 
 def _writhing(x: Any) -> list[float]:
@@ -392,6 +433,8 @@ CATALOGUE = [
     *_followers(),
     *_columns(),
     *_pushed(),
+    *_twisted_to_a_tenth(),
+    *_rings(),
     *_spinning(),
     *_by_shooting(),
     *_supports_and_points(),

@@ -1,0 +1,206 @@
+"""The solver of record against `scipy.integrate.solve_bvp`, over the catalogue; the cost of a cold solve; size.
+
+- `solve_bvp` gets its best case: the compiled rod equations with their exact Jacobian, exact boundary rows, and as its
+  guess our own solution at 1e-3, far more exact than a user's would be. Ours gets the same guess by `start=`, and is
+  timed with all that `solve` does: checks, error estimate, stability, result. From a cold start `solve_bvp` fails on most
+  of these problems, so cold times of ours stand beside, not against, it.
+- Both are asked for the same tolerance; errors are the largest of any position over L, against ours at 1e-12 with five
+  stages. Problems with point loads, stations, rings or loads of the shape are left out: `solve_bvp` can't state them.
+- Figure 5 from a cold start is given in units of one Newton iteration on its final mesh (target: at most 25).
+- Cost per element and iteration, and memory, from 20 to 20,000 elements: linear where the figures stay the same.
+"""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_bvp
+
+import darboux as dx
+from benchmarks.timing import Row, Spread, interleaved, seconds
+from darboux.kernels import rod_equations
+from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION, STATES
+from darboux.paper.cases import figure5
+from darboux.statics import coefficients
+from darboux.statics.coefficients import Scale
+from darboux.statics.collocation_equations import Equations
+from darboux.statics.mesh import Mesh
+from tests import cases
+from tests.catalogue.problems import CATALOGUE
+
+Array = NDArray[np.float64]
+
+TARGETS = {1e-9: 50.0, 1e-6: 20.0}
+MOST_ITERATIONS = 25
+MOST_NODES = 200_000
+SIZES = (20, 200, 2_000, 20_000)
+MOST_KB = 4.0
+
+
+class Peer:
+    """One problem as `solve_bvp` takes it: 13 states, dimensionless, |q(0)| = 1 as the thirteenth condition."""
+
+    def __init__(self, problem: dx.Equilibrium, guess: dx.EquilibriumSolution) -> None:
+        self.scale = Scale.of(problem)
+        self.table = coefficients.table(problem, self.scale)
+        equations = Equations(problem, stages=4)
+        equations.unloaded()
+        self.start, self.end = equations.start, equations.end
+        self.x = np.unique(guess.curve.s) / problem.rod.length
+        y = guess.curve(self.x * problem.rod.length)
+        y[:, :3] = (y[:, :3] - self.scale.origin) / self.scale.length
+        y[:, FORCE:MOMENT] /= self.scale.force
+        y[:, MOMENT:] /= self.scale.moment
+        self.y = y.T
+
+    def slope(self, x: Array, y: Array) -> Array:
+        return coefficients.slopes(self.table(x), np.ascontiguousarray(y.T)).T
+
+    def jacobian(self, x: Array, y: Array) -> Array:
+        states, c = np.ascontiguousarray(y.T), self.table(x)
+        J = np.empty((len(x), STATES * STATES))
+        for i in range(len(x)):
+            rod_equations.jacobian(states[i], c[i], J[i])
+        return J.reshape(-1, STATES, STATES).transpose(1, 2, 0)
+
+    def conditions(self, a: Array, b: Array) -> Array:
+        return np.concatenate([self.start.values(a, 1.0), self.end.values(b, 1.0), [a[3:7] @ a[3:7] - 1.0]])
+
+    def rows(self, a: Array, b: Array) -> tuple[Array, Array]:
+        A, B = np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
+        A[:6], B[6:12] = _by_states(self.start.system(a, 1.0), a), _by_states(self.end.system(b, 1.0), b)
+        A[12, ROTATION:FORCE] = 2.0 * a[ROTATION:FORCE]
+        return A, B
+
+    def solve(self, tolerance: float) -> Any:
+        return solve_bvp(
+            self.slope, self.conditions, self.x, self.y, fun_jac=self.jacobian, bc_jac=self.rows, tol=tolerance,
+            max_nodes=MOST_NODES,
+        )  # fmt: skip
+
+    def error(self, found: Any, exact: dx.EquilibriumSolution) -> float:
+        r = found.sol(found.x)[:3].T * self.scale.length + self.scale.origin
+        return _error(r, exact.r(np.clip(found.x, 0.0, 1.0) * self.scale.length)) / self.scale.length
+
+
+def _by_states(system: Array, y: Array) -> Array:
+    """Return the rows by the 13 states: phi = 2 vec(q* dq)."""
+    w, x, y_, z = y[ROTATION:FORCE]
+    phi = 2.0 * np.array([[-x, w, z, -y_], [-y_, -z, w, x], [-z, y_, -x, w]])
+    return np.concatenate([system[:, :3], system[:, 3:6] @ phi, system[:, 6:12]], axis=1)
+
+
+def _error(a: Array, b: Array) -> float:
+    return float(np.max(np.linalg.norm(a - b, axis=1)))
+
+
+def rows(quick: bool) -> Iterator[Row | str]:
+    problems = [entry for entry in CATALOGUE if _stated(entry.problem)][:: 6 if quick else 2]
+    for tolerance, target in TARGETS.items():
+        yield _against_solve_bvp(problems, tolerance, target, 2 if quick else 3)
+    yield from _figure5(5 if quick else 15)
+    yield from _sizes(3 if quick else 7)
+
+
+def _stated(problem: dx.Equilibrium) -> bool:
+    return not (problem.of_shape or problem.stations or isinstance(problem, dx.Ring))
+
+
+def _against_solve_bvp(entries: list[Any], tolerance: float, target: float, rounds: int) -> Row:
+    method, ratios, ours, theirs, errors, failed = dx.Collocation(rtol=tolerance), [], [], [], [], 0
+    for entry in entries:
+        problem = entry.problem
+        exact = dx.solve(problem, dx.Collocation(rtol=1e-12, stages=5))
+        guess = dx.solve(problem, dx.Collocation(rtol=1e-3))
+        peer, L = Peer(problem, guess), problem.rod.length
+        found = peer.solve(tolerance)
+        if found.status != 0:
+            failed += 1
+            continue
+        a, b = _timed(
+            lambda p=problem, g=guess: dx.solve(p, method, start=g), lambda p=peer: p.solve(tolerance), rounds
+        )
+        mine = dx.solve(problem, method, start=guess)
+        ratios.append(b / a)
+        ours.append(1e3 * a)
+        theirs.append(1e3 * b)
+        errors.append((_error(mine.r(mine.s), exact.r(mine.s)) / L, peer.error(found, exact)))
+    our_error, their_error = np.median(errors, axis=0)
+    return Row(
+        name=f"collocation.solve_bvp.{tolerance:g}",
+        what=f"{len(ratios)} problems of the catalogue to {tolerance:g}, from the same guess",
+        ours=Spread.of(np.array(ours)),
+        unit="ms",
+        peer="solve_bvp with exact Jacobians",
+        theirs=Spread.of(np.array(theirs)),
+        ratio=Spread.of(np.array(ratios)),
+        least_ratio=target,
+        our_error=float(our_error),
+        their_error=float(their_error),
+        error_of="position / L, median",
+        note=f"medians over problems; least ratio {min(ratios):.2g}; solve_bvp failed on {failed}",
+    )
+
+
+def _timed(ours: Callable[[], object], theirs: Callable[[], object], rounds: int) -> tuple[float, float]:
+    """Return the median seconds of both, timed in turns."""
+    times = np.array([[seconds(ours, 3), seconds(theirs)] for _ in range(rounds)])
+    return float(np.median(times[:, 0])), float(np.median(times[:, 1]))
+
+
+def _figure5(rounds: int) -> Iterator[Row]:
+    problem = figure5()
+    solution = dx.solve(problem)
+    equations = Equations(problem, stages=4)
+    mesh = equations.mesh_of(solution).halved()
+
+    def iteration() -> None:
+        step = equations.newton_step(mesh, 1.0)
+        equations.moved(mesh, 1.0, step.delta)
+
+    cold, one = interleaved(lambda: dx.solve(problem), iteration, rounds=rounds, span=0.05)
+    yield Row(
+        name="collocation.figure5",
+        what="figure 5, cold, to 1e-9",
+        ours=Spread.of(cold / one),
+        unit="iterations",
+        most=MOST_ITERATIONS,
+        guard=float(np.median(cold / one)),
+        note=f"{1e3 * np.median(cold):.3g} ms; one iteration on its {mesh.elements} elements takes {1e3 * np.median(one):.3g} ms",
+    )
+
+
+def _sizes(rounds: int) -> Iterator[Row]:
+    problem = cases.heavy(10.0)
+    equations = Equations(problem, stages=4)
+    solution = dx.solve(problem)
+    first = equations.mesh_of(solution)
+    work, peaks = [], {}
+    for elements in SIZES:
+        mesh = first.laid(np.linspace(0.0, 1.0, elements + 1))
+        work.append(lambda mesh=mesh: _iteration(equations, mesh))
+        tracemalloc.start()
+        _iteration(equations, mesh)
+        peaks[elements] = (tracemalloc.get_traced_memory()[1] + mesh.y.nbytes + mesh.Y.nbytes) / 1024.0 / elements
+        tracemalloc.stop()
+    times = interleaved(*work, rounds=rounds, span=0.05)
+    per_element = [1e6 * t / n for t, n in zip(times, SIZES, strict=True)]
+    for n, t in zip(SIZES, per_element, strict=True):
+        yield Row(
+            name=f"collocation.elements.{n}",
+            what=f"a Newton iteration per element, {n} elements",
+            ours=Spread.of(t),
+            unit="us",
+            guard=float(np.median(t / per_element[1])),
+            note=f"{peaks[n]:.2g} KB per element"
+            + ("" if n < 200 else f" ({'below' if peaks[n] < MOST_KB else 'above'} {MOST_KB:g})"),
+        )
+
+
+def _iteration(equations: Equations, mesh: Mesh) -> Mesh:
+    step = equations.newton_step(mesh, 1.0)
+    return equations.moved(mesh, 1.0, step.delta)
