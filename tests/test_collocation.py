@@ -209,6 +209,46 @@ def test_a_rotational_spring_gives_what_its_energy_says() -> None:
         assert moment[k] == pytest.approx((energy(ahead) - energy(behind)) / 2e-6, abs=1e-8)
 
 
+MOMENT = dx.EndMoment((0, 0, 1))
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        dx.Equilibrium(UNIT, dx.Pinned(), dx.Pinned((0, 0, 0.8)), [MOMENT]),
+        dx.Equilibrium(UNIT, dx.Pinned(), dx.Roller(along=UP), [MOMENT, dx.EndForce(UP)]),
+        dx.Equilibrium(UNIT, dx.Hinge(axis=(1, 0, 0)), loads=[dx.EndMoment((1, 0, 0))]),
+    ],
+)
+def test_a_mechanism_that_a_moment_turns_is_named(problem: dx.Equilibrium) -> None:
+    solution = dx.solve(problem, throw=False)
+    assert "leave it free to turn" in solution.status.message
+    assert solution.statistics["load_steps"] < 100
+
+
+@pytest.mark.parametrize(("g", "tip"), [((1, 0, 0), (1, 0, 0)), ((0, 0, 1), (0, 0, 1))])
+def test_a_pendulum_finds_its_way_down(g: tuple[float, ...], tip: tuple[float, ...]) -> None:
+    """A pinned rod is a mechanism too, but its weight comes to rest, wherever it began."""
+    x = dx.solve(dx.Equilibrium(UNIT, dx.Pinned(), loads=[dx.Gravity(g)]))
+    np.testing.assert_allclose(x.tip, tip, atol=1e-9)
+    assert x.stable
+
+
+def test_more_turns_than_can_be_followed_are_refused() -> None:
+    with pytest.raises(
+        dx.InvalidInput, match=r"by about 2\.3e\+05 turns; Collocation follows it up to 80\. Check the units"
+    ):
+        dx.solve(dx.Equilibrium(UNIT, loads=[dx.EndMoment((1e6, 0, 0))]))
+
+
+def test_a_ring_of_curvature_turns_three_times_within_the_section() -> None:
+    """The unloaded rod is settled before it is followed: its first frames are only roughly integrated."""
+    k0 = lambda s: 2 * np.pi * np.stack([np.sin(6 * np.pi * s), np.cos(6 * np.pi * s), 3.0 + 0 * s], axis=1)  # noqa: E731
+    x = dx.solve(dx.Equilibrium(dx.Rod(1.0, UNIT.section, natural=k0)))
+    np.testing.assert_allclose(x.tip, 0.0, atol=1e-9)
+    assert x.link == pytest.approx(3.0, abs=1e-6)
+
+
 def test_turning_the_whole_problem_turns_the_answer() -> None:
     Q = frames.matrix_of_quaternion(np.array([0.3, -0.5, 0.7, 0.2]))
     place = np.array([3.0, -2.0, 1.0])

@@ -26,6 +26,7 @@ from darboux.statics.mesh import Mesh
 
 ALMOST = 0.99  # of the load: what ends here for want of slack is taut
 MOST_SNAPS = 3
+MOST_TURNED = 500.0  # rad by which moments may turn the rod: more takes too many steps
 FLATTEST = 0.05  # stretch below which a rod counts as compressed to nothing
 
 
@@ -71,7 +72,7 @@ class Collocation:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
-        return None
+        return limits.too_many_turns(problem, "Collocation", MOST_TURNED)
 
     def solve(self, problem: Equilibrium, start: Any = None) -> EquilibriumSolution:
         """Return the equilibrium that follows from the unloaded rod, or from a start; the status says whether it got there."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from darboux import frames
 from darboux.problem import Equilibrium, Ring
 
 PUSHED = (
@@ -73,6 +74,25 @@ def beyond(problem: Equilibrium, method: str) -> str | None:
     if problem.of_shape:
         return f"a load is a function of the shape; {use}."
     return None
+
+
+def too_many_turns(problem: Equilibrium, method: str, most: float) -> str | None:
+    """Return the sentence for moments that would turn the rod by more than ``most`` rad, or None."""
+    L = problem.rod.length
+    s = np.linspace(0.0, L, 33)
+    loads, stiffness = problem.distributed(s), problem.rod.stiffness(s)
+    softest = float(min(np.min(stiffness.EI1), np.min(stiffness.EI2), np.min(stiffness.GJ)))
+    at_points = [problem.end_load("start"), problem.end_load("end"), *problem.points.values()]
+    moments = [float(np.linalg.norm(load.moment) + np.linalg.norm(load.section_moment)) for load in at_points]
+    moments += [L * float(np.max(np.linalg.norm(couple, axis=1))) for couple in (loads.la, loads.lb)]
+    turned = max(moments) * L / softest
+    if turned <= most:
+        return None
+    return (
+        f"a moment of {max(moments):.3g} N m would turn the rod, {L:g} m long with a stiffness of {softest:.3g} N m^2, by about "
+        f"{turned / frames.turn:.2g} turns; {method} follows it up to {most / frames.turn:.2g}. Check the units of the length, "
+        "the section and the moment."
+    )
 
 
 def too_large(problem: Equilibrium, method: str, limit: float) -> str | None:

@@ -33,6 +33,7 @@ LATER_CROSSING_STEP = 0.02  # the same, once the rod is known to be unstable
 LARGEST_STEP = 0.25  # also where nothing turns: a straight column passes its buckling loads one by one
 SMALLEST_STEP = 1e-6  # of the load reached so far
 MOST_STEPS = 1000
+MECHANISM_LOAD, MECHANISM_STEPS = 1e-8, 60  # a rod that turns for so many steps below so little load turns as a whole
 FOLD_SLOPE = (
     20.0  # rad per unit of load, over the load: a path that stops where it turns faster than this has met a fold
 )
@@ -121,6 +122,8 @@ def follow(branch: Branch[State], state: State, until_unstable: bool = False) ->
         path.state, path.load_factor = reached.state, goal
         path.steps += 1
         path.iterations += reached.iterations
+        if path.steps > MECHANISM_STEPS and path.load_factor < MECHANISM_LOAD:
+            return path
         step *= _growth(turn * ahead, reached.turn)
     return path
 
@@ -156,6 +159,12 @@ def ending(path: Path[State], method: str, origin: str = "the unloaded rod") -> 
                 "stability changes"
             )
         return "converged", f"{message}.{unstable_in(path.index)}"
+    if 0.0 < path.load_factor < MECHANISM_LOAD and path.steps > MECHANISM_STEPS:
+        return "no_convergence", (
+            "the rod turns on and on as a whole under the smallest part of the load: its supports leave it free to turn, and the "
+            "loads have a moment about that axis that turning does not take away. Hold that rotation, as by a Clamped(), a "
+            "Hinge() or a Spring(rotational=...), or take the moment off."
+        )
     if path.load_factor == 0.0:
         return "no_convergence", (
             f"{method} could not leave {origin}: its equations are singular there, as for a straight inextensible "
