@@ -80,6 +80,10 @@ def test_the_numbers_of_json(run: Any) -> None:
     assert 0.0 < numbers["seconds"] < 600.0
     np.testing.assert_allclose(numbers["tip"]["tangent"], solution.R(0.25)[:, 2], atol=1e-15)
     assert numbers["largest_moment"]["s"] == 0.0
+    largest = solution.largest_stress
+    assert numbers["largest_stress"] == {"value": largest.von_mises, "s": largest.s, "point": list(largest.point)}
+    M = np.linalg.norm(solution.m(0.0))
+    assert largest.von_mises == pytest.approx(4.0 * M / (np.pi * 1e-9), rel=1e-2)  # 4 M / pi r^3, and a little tension
 
 
 def test_the_table_and_the_picture(run: Any) -> None:

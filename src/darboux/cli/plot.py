@@ -18,7 +18,9 @@ ENDINGS = (".png", ".svg", ".pdf")
 
 def plot(
     result: ResultFile,
-    what: Annotated[str, typer.Option("--what", metavar="W", help="shape, moments, curvature, energy or stress.")] = "shape",
+    what: Annotated[
+        str, typer.Option("--what", metavar="W", help="shape, moments, curvature, energy or stress.")
+    ] = "shape",
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FIGURE", help="Where to draw it: .png, .svg or .pdf.")
     ] = None,

@@ -84,12 +84,12 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
             (f"force at {where}", f"{_vector(reaction.force, force)} N"),
             (f"moment at {where}", f"{_vector(reaction.moment, largest)} N m"),
         ]
-    stress = _largest_stress(solution)
     energy = solution.energy
     stable = {None: "not counted", True: "stable", False: f"unstable in {solution.index} direction(s)"}
+    rows += [("largest moment", f"{largest:.6g} N m at s = {place:.4g} m")]
+    if stress := _largest_stress(solution):
+        rows += [("largest stress", f"{stress['value'] / 1e6:.4g} MPa (von Mises) at s = {stress['s']:.4g} m")]
     rows += [
-        ("largest moment", f"{largest:.6g} N m at s = {place:.4g} m"),
-        *([] if stress is None else [("largest stress", f"{stress['value'] / 1e6:.4g} MPa at s = {stress['s']:.4g} m (von Mises)")]),
         ("energy", f"{energy.total:.6g} J (elastic {energy.elastic:.6g}, loads {energy.load:.6g})"),
         ("stability", stable[solution.stable]),
         ("time", f"{seconds:.2g} s"),

@@ -21,6 +21,14 @@ Array = NDArray[np.float64]
 SAMPLES = 801
 THINNEST = 0.12  # of the box's longest side
 TICKS = 4
+UNITS = (
+    ("km", 1e3),
+    ("m", 1.0),
+    ("cm", 1e-2),
+    ("mm", 1e-3),
+    ("µm", 1e-6),
+    ("nm", 1e-9),
+)  # of the axes, and their size in m
 
 
 def draw(solution: EquilibriumSolution, what: str = "shape") -> Figure:
@@ -37,6 +45,9 @@ def _shape(solution: EquilibriumSolution) -> Figure:
 def shapes(solutions: dict[str, EquilibriumSolution]) -> Figure:
     """Return the centrelines in one box, each under its name."""
     curves = {name: x.r(np.linspace(0.0, x.problem.rod.length, SAMPLES)) for name, x in solutions.items()}
+    extent = np.max(np.ptp(np.concatenate(list(curves.values())), axis=0))
+    unit, metres = next(((unit, size) for unit, size in UNITS if extent >= 2.0 * size), UNITS[-1])
+    curves = {name: r / metres for name, r in curves.items()}
     points = np.concatenate(list(curves.values()))
     low, high = points.min(axis=0), points.max(axis=0)
     longest = float(np.max(high - low))
@@ -47,7 +58,7 @@ def shapes(solutions: dict[str, EquilibriumSolution]) -> Figure:
     scene = Scene.at(figure, (0.0, 0.0, 6.4, 5.2), Camera(azimuth=-62.0, elevation=20.0))
     step = _nice(longest / TICKS)
     steps = [step if side > step else _nice(side / 2.0) for side in room]
-    corners = scene.box(low.tolist(), high.tolist(), steps, ("$x$ (m)", "$y$ (m)", "$z$ (m)"))
+    corners = scene.box(low.tolist(), high.tolist(), steps, (f"$x$ ({unit})", f"$y$ ({unit})", f"$z$ ({unit})"))
     looks: Any = (("-", style.BLUE), ("--", style.VERMILION), (":", style.GREEN), ("-.", style.ORANGE))
     for i, (name, r) in enumerate(curves.items()):
         dashes, colour = looks[i % len(looks)]
@@ -56,8 +67,9 @@ def shapes(solutions: dict[str, EquilibriumSolution]) -> Figure:
         else:
             scene.line(r, label=name, linestyle=dashes, color=colour, lw=2.4 - 0.3 * min(i, 4), zorder=3.0 + 0.1 * i)
         scene.dot(r[0], marker="s", ms=5.0)
-    scene.fit(corners, (0.7, 0.5, 0.65, 0.2))
-    if len(curves) > 1:
+    rows = 0 if len(curves) == 1 else (len(curves) + 1) // 2
+    scene.fit(corners, (0.7, 0.5, 0.65, 0.2 + 0.25 * rows))
+    if rows:
         figure.legend(loc="upper center", ncols=2)
     return figure
 
@@ -71,7 +83,7 @@ def _nice(value: float) -> float:
 def _along(solution: EquilibriumSolution, label: str, lines: dict[str, Array], s: Array, dashed: Any = None) -> Figure:
     """Return lines over the arc length, with thin dashed ones of the same colours behind them."""
     figure = style.new_figure(6.4, 3.6)
-    ax = style.axes_at(figure, 0.95, 0.6, 5.2, 2.75)
+    ax = style.axes_at(figure, 0.95, 0.6, 5.2, 2.55)
     colours = (style.BLUE, style.VERMILION, style.GREEN, style.BLACK)
     for (name, values), colour in zip(lines.items(), colours, strict=False):
         ax.plot(s, values, label=name, color=colour)
@@ -82,7 +94,7 @@ def _along(solution: EquilibriumSolution, label: str, lines: dict[str, Array], s
     ax.set_ylabel(label)
     ax.set_xlim(0.0, solution.problem.rod.length)
     ax.grid(visible=True)
-    ax.legend(loc="best")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(lines))
     return figure
 
 
@@ -107,15 +119,12 @@ def _curvature(solution: EquilibriumSolution) -> Figure:
 
 def _energy(solution: EquilibriumSolution) -> Figure:
     s = _samples(solution)
-    rod = solution.problem.rod
-    B, S = rod.compliance(s)
-    M, N = (np.einsum("nji,nj->ni", solution.R(s), vector) for vector in (solution.m(s), solution.n(s)))
-    lines = {
-        "bending": 0.5 * np.einsum("ni,nij,nj->n", M[:, :2], B[:, :2, :2], M[:, :2]),
-        "twist": 0.5 * B[:, 2, 2] * M[:, 2] ** 2,
-    }
+    rod, R = solution.problem.rod, solution.R(s)
+    M, N = (np.einsum("nji,nj->ni", R, vector) for vector in (solution.m(s), solution.n(s)))
+    work = 0.5 * (solution.k(s) - rod.k0(s)) * M
+    lines = {"bending": work[:, 0] + work[:, 1], "twist": work[:, 2]}
     if rod.model != "inextensible":
-        lines["stretch and shear"] = 0.5 * np.einsum("ni,nij,nj->n", N, S, N)
+        lines["stretch and shear"] = 0.5 * np.sum((solution.v(s) - [0.0, 0.0, 1.0]) * N, axis=1)
     return _along(solution, "elastic energy per length (J/m)", lines, s)
 
 
@@ -123,7 +132,9 @@ def _stress(solution: EquilibriumSolution) -> Figure:
     s = _samples(solution)
     found = solution.stress(s)
     lines = {"axial": found.axial, "bending": found.bending, "torsion": found.torsion, "von Mises": found.von_mises}
-    return _along(solution, "largest stress in the section (MPa)", {name: values / 1e6 for name, values in lines.items()}, s)
+    return _along(
+        solution, "largest stress in the section (MPa)", {name: values / 1e6 for name, values in lines.items()}, s
+    )
 
 
 PLOTS = {"shape": _shape, "moments": _moments, "curvature": _curvature, "energy": _energy, "stress": _stress}
