@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from typing import Annotated, Any
 
 import typer
@@ -66,4 +67,5 @@ def darboux(
 
 def main() -> None:
     """Run the command; a mistake is one sentence on standard error: exit status 2 bad input, 1 not converged."""
+    gc.set_threshold(100_000)  # loading makes many objects and little garbage: about a tenth of a short run
     app(prog_name="darboux")

@@ -136,8 +136,8 @@ class Collocation:
                 code, message = (
                     "converged",
                     (
-                        f"converged: a stable equilibrium behind a snap. {leaving}; that branch ends at a fold, at {fold}, from where "
-                        "the rod was let go. Contact of the rod with itself is left out."
+                        f"converged: a stable equilibrium behind a snap. {leaving}; that branch ends at a fold, at {fold}, from "
+                        "where the rod was let go. Contact of the rod with itself is left out."
                     ),
                 )
             else:  # then at least the unstable branch, and said to be so
