@@ -59,6 +59,7 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
     """Return the table that an engineer wants; it fits a screen of 80 columns."""
     from rich import box
     from rich.table import Table
+    from rich.text import Text
 
     place, largest = _largest_moment(solution)
     force = float(np.max(np.abs(solution.n(solution.s))))
@@ -94,11 +95,13 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
         ("stability", stable[solution.stable]),
         ("time", f"{seconds:.2g} s"),
     ]
-    result = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_header=False)
+    result = Table(
+        title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_header=False
+    )
     result.add_column(no_wrap=True, style="bold")
     result.add_column(overflow="fold")
     for row in rows:
-        result.add_row(*row)
+        result.add_row(*map(Text, row))  # as it stands: brackets are no markup
     return result
 
 
