@@ -152,3 +152,10 @@ def test_loads_are_affine_in_position_and_frame() -> None:
     )
     np.testing.assert_allclose(total.force(r, R), expected, atol=1e-13)
     np.testing.assert_allclose(total.couple(R), np.array([0, 0, 1]) + R[:, :, 1], atol=1e-15)
+
+
+@pytest.mark.parametrize("y", [0.0, 5e-324, 2.2250738585072014e-308, 1e-159, 1e-9])
+def test_a_tangent_opposite_to_e3_has_an_orthonormal_frame(y: float) -> None:
+    R = dx.Clamped(tangent=(0, y, -1)).R
+    np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(R[:, 2], (0, y, -1), atol=1e-15)

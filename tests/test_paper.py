@@ -150,7 +150,7 @@ def test_importing_is_light() -> None:
 
 
 def test_public_names() -> None:
-    assert set(dx._HOME) == set(dx.__all__)
+    assert set(dx._HOME) == {*dx.__all__, "open"}
     assert dx.turn == pytest.approx(2.0 * np.pi)
     for name in set(dx.__all__) - {"turn"}:
         assert getattr(dx, name).__name__ == name

@@ -34,9 +34,12 @@ _HOMES = {
     "statics.elastica": ("Elastica",),
     "statics.discrete": ("DiscreteRod",),
     "comparison": ("compare", "Comparison"),
+    "scenario": ("Scenario", "load"),
+    "store": ("open",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
+# All but `open`, so that `from darboux import *` leaves Python's own alone.
 __all__ = [
     "Buoyancy",
     "Circle",
@@ -70,6 +73,7 @@ __all__ = [
     "Rod",
     "Roller",
     "Rotation",
+    "Scenario",
     "Shooting",
     "Slider",
     "Spring",
@@ -82,6 +86,7 @@ __all__ = [
     "compare",
     "frame_of_helix",
     "integrate",
+    "load",
     "solve",
     "solve_all",
     "turn",
@@ -109,6 +114,7 @@ if TYPE_CHECKING:
     from darboux.problem import Equilibrium, Ring
     from darboux.profile import Table
     from darboux.rod import Rod
+    from darboux.scenario import Scenario, load
     from darboux.section import Circle, Ellipse, Rectangle, Stiffness, StiffnessMatrix, Tube
     from darboux.solution import EquilibriumSolution, Status
     from darboux.statics.all_equilibria import solve_all
@@ -118,6 +124,7 @@ if TYPE_CHECKING:
     from darboux.statics.initial_value import integrate
     from darboux.statics.shooting import Shooting
     from darboux.statics.solve import solve
+    from darboux.store import open as open
     from darboux.supports import Clamped, Free, Guided, Hinge, Pinned, Roller, Slider, Spring, Universal
 
 
@@ -130,4 +137,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*__all__, "open", "__version__"]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from darboux.errors import InvalidInput
 
 Vector = tuple[float, float, float]
+ROUNDING = 1e-14  # of a unit vector's or a frame's length
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -123,12 +124,14 @@ def vector(field: str, value: object, unit: str = "") -> Vector:
 
 def direction(field: str, value: object) -> Vector:
     """Return a unit vector along ``value``."""
-    raw = array(field, value, (3,))
-    raw = raw / max(float(np.max(np.abs(raw))), 1e-300)  # so that no length overflows
-    length = float(np.linalg.norm(raw))
+    given = array(field, value, (3,))
+    scale = max(float(np.max(np.abs(given))), 1e-300)  # so that no length overflows
+    length = float(np.linalg.norm(given / scale))
     if length < 0.5:
         raise InvalidInput(f"{field} is {shown(value)}; a direction must have a length above zero.")
-    x, y, z = (raw / length).tolist()
+    if abs(scale * length - 1.0) > ROUNDING:  # else it stays as it is, so that a copy is equal
+        given = given / scale / length
+    x, y, z = given.tolist()
     return (x, y, z)
 
 
@@ -142,6 +145,8 @@ def rotation(field: str, value: object) -> NDArray[np.float64]:
         )
     if np.linalg.det(matrix) < 0.0:
         raise InvalidInput(f"{field} is left-handed; darboux uses d3 = d1 x d2. Flip the sign of its second column.")
+    if fault < ROUNDING:
+        return matrix  # as it came, so that a copy is equal
     left, _, right = np.linalg.svd(matrix)
     return np.asarray(left @ right)  # the nearest exact rotation
 

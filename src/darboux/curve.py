@@ -58,6 +58,14 @@ class Curve:
         piece = np.searchsorted(jumps, np.arange(len(self.s) - 1))
         return np.append(0, jumps + 1)[piece], np.append(jumps, len(self.s) - 1)[piece]
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Curve):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("s", "y", "dy"))
+
+    def __hash__(self) -> int:
+        return hash((len(self.s), self.s[-1]))
+
     def frames(self, s: Array) -> Array:
         """Return R (m, 3, 3) at s (m,)."""
         return frames.matrix_of_quaternion(self(s)[:, 3:7])

@@ -75,5 +75,6 @@ def smallest_rotation(a: Array, b: Array) -> Array:
     h = a + b if a @ b > 0.0 else np.cross(np.cross(a, b), a - b)  # along a + b too, and exact where that cancels
     if not np.any(h):
         h = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
+    h /= np.max(np.abs(h))  # so that no square underflows
     h /= np.linalg.norm(h)
     return np.asarray((2.0 * np.outer(h, h) - np.eye(3)) @ (2.0 * np.outer(a, a) - np.eye(3)))

@@ -199,6 +199,15 @@ class Equilibrium:
         """Return the problem with a changed rod, as in ``problem.with_rod(stretch=True)``."""
         return dataclasses.replace(self, rod=dataclasses.replace(self.rod, **changes))
 
+    def to_toml(self, path: Any, method: Any = None) -> None:
+        """Write the problem, and the method where one is given, as a scenario file; ``darboux.load`` reads it back equal.
+
+        Raises ``InvalidInput`` where a part is a Python function, which no file can hold.
+        """
+        from darboux.scenario import Scenario
+
+        Scenario(self, method).write(path)
+
     @property
     def uniform(self) -> bool:
         """True where no stiffness, natural shape or load varies along s."""

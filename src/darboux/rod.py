@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, profile
+from darboux import checks, materials, profile
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.material import Material
@@ -29,10 +29,10 @@ class Rod:
         R^T m = B (k - k0),  B = diag(EI1, EI2, GJ);   v = (0, 0, 1) + S^-1 R^T n,  S = diag(GA1, GA2, EA)
 
     Arguments: ``length`` in m, unloaded; ``section`` a ``Circle``, ``Tube``, ``Rectangle``, ``Ellipse``, ``Stiffness`` or
-    ``StiffnessMatrix`` (with its law); ``material`` a ``Material`` (none beside the last two); ``natural`` the natural
-    curvature and twist k0 in 1/m, section's frame: None (straight), three numbers, a ``Helix``, a ``Table`` of (n, 3), or
-    a function of s that returns (n, 3); ``stretch`` and ``shear`` whether S^-1 keeps its part or is zero.
-    Raises ``InvalidInput``.
+    ``StiffnessMatrix`` (with its law); ``material`` a ``Material``, or a name from ``materials.LIBRARY`` such as "steel"
+    (none beside the last two); ``natural`` the natural curvature and twist k0 in 1/m, section's frame: None (straight),
+    three numbers, a ``Helix``, a ``Table`` of (n, 3), or a function of s that returns (n, 3); ``stretch`` and ``shear``
+    whether S^-1 keeps its part or is zero. Raises ``InvalidInput``.
     """
 
     length: float
@@ -47,6 +47,8 @@ class Rod:
         checks.instance(
             "rod.section", self.section, Section, "a Circle, Tube, Rectangle, Ellipse, Stiffness or StiffnessMatrix"
         )
+        if isinstance(self.material, str):
+            assign(self, material=materials.named("rod.material", self.material))
         if self.section.needs_material:
             checks.instance("rod.material", self.material, Material, "a Material, such as Material(E=1e6, nu=0.5)")
         elif self.material is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -135,6 +135,24 @@ class EquilibriumSolution:
     def stable(self) -> bool | None:
         """True where no direction lowers the energy; None where the method does not count them."""
         return None if self.index is None else self.index == 0
+
+    def save(self, path: Any) -> None:
+        """Write the solution with its problem to a NetCDF file; ``darboux.open`` gives it back, equal.
+
+        Raises ``InvalidInput`` where the problem holds a Python function or the file can't be written.
+        """
+        from darboux import store
+
+        store.save(self, path)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether all is the same: the problem, the method, the states at the nodes, how it was solved."""
+        if not isinstance(other, EquilibriumSolution):
+            return NotImplemented
+        return all(getattr(self, part.name) == getattr(other, part.name) for part in fields(self))
+
+    def __hash__(self) -> int:
+        return hash((self.problem, self.model, self.status))
 
     # -- along the rod -------------------------------------------------------------------------------------------
 

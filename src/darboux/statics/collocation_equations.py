@@ -9,12 +9,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
-from scipy.interpolate import CubicSpline
 
 from darboux import frames
 from darboux.curve import Curve
@@ -33,6 +31,9 @@ from darboux.statics.first_shape import FirstShape, shape_of
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
 from darboux.statics.stability import Held, SecondVariation
 from darboux.supports import Support
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 
@@ -160,6 +161,8 @@ class Equations:
 
     def _carried(self, points: Array, states: Array, R: Array) -> Array:
         """Return the inner forces (n, 3) that carry the loads along a guessed shape to a held end."""
+        from scipy.integrate import cumulative_trapezoid  # slow to load, and seldom needed
+
         s, r = points * self.scale.length, states[:, :3] * self.scale.length + self.scale.origin
         f = self.problem.distributed(s).force(r, R)
         n = -cumulative_trapezoid(f, s, axis=0, initial=0.0)
@@ -402,6 +405,8 @@ class Equations:
             largest = float(np.max(np.abs(mode)))
             if largest < SMALLEST_MODE:  # a mode of twist alone, which no force stirs
                 break
+            from scipy.interpolate import CubicSpline  # slow to load, and seldom needed
+
             self.disturbances.append(CubicSpline(np.unique(state.mesh.x), mode / largest))
             self.disturbance = DISTURBANCE
             disturbed = load_path.follow(self, self.unloaded(), until_unstable=True)

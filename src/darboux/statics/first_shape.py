@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from darboux import checks, frames
 from darboux.curve import Curve
@@ -104,6 +103,8 @@ def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
     if np.any(np.diff(along) <= 0.0):
         raise InvalidInput("solve.start has the same point twice in a row; leave one out.")
     x = np.linspace(0.0, 1.0, SAMPLES)
+    from scipy.interpolate import CubicSpline  # slow to load, and seldom needed
+
     tangents = np.asarray(CubicSpline(along / along[-1], points)(x, 1))
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     R0 = problem.start.R if any(problem.start.held_rotation) else np.eye(3)
@@ -129,6 +130,8 @@ def _of_frames(x: Array, r: Array, q: Array) -> FirstShape:
     sine = np.linalg.norm(relative[:, 1:], axis=1, keepdims=True)
     turn = 2.0 * np.arctan2(sine, relative[:, :1]) / np.where(sine > 0.0, sine, 1.0) * relative[:, 1:]
     middle = 0.5 * (x[1:] + x[:-1])
+    from scipy.interpolate import CubicSpline
+
     spline = CubicSpline(middle, turn / np.diff(x)[:, None])
     return FirstShape(lambda x: np.asarray(spline(x)), r, q[0])
 

@@ -1,0 +1,139 @@
+"""`darboux doctor` and `darboux warmup`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import typer
+
+from darboux.cli.shell import Json, Quiet, console, print_json
+
+SAME = 1e-7  # over L: two methods that share no code
+THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def doctor(json: Json = False) -> None:
+    """Check this installation: versions, threads, the kernels' cache, and a self test; say how to mend what is wrong."""
+    checks: list[tuple[str, Callable[[], str]]] = [
+        ("darboux", _versions),
+        ("packages", _packages),
+        ("threads", _threads),
+        ("cache", _cache),
+        ("self test", _self_test),
+    ]
+    found: dict[str, dict[str, Any]] = {}
+    screen = console()
+    for name, check in checks:
+        try:
+            found[name] = {"fine": True, "words": check()}
+        except _Ill as illness:
+            found[name] = {"fine": False, "words": str(illness)}
+        if not json:
+            mark = "[green]fine[/]" if found[name]["fine"] else "[red]mend[/]"
+            screen.print(f"{mark}  {name}: ", end="")
+            screen.print(found[name]["words"], markup=False)
+    if json:
+        print_json({"fine": all(part["fine"] for part in found.values()), "checks": found})
+    if not all(part["fine"] for part in found.values()):
+        raise typer.Exit(1)
+
+
+def warmup(quiet: Quiet = False) -> None:
+    """Compile every kernel once, so that the next solve is quick; a minute or so, and nothing where it is done."""
+    import time
+
+    from rich.progress import track
+
+    began = time.perf_counter()
+    for _ in track(
+        _solves(), "compiling", total=len(_methods()), console=console(err=True), disable=quiet, transient=True
+    ):
+        pass
+    if not quiet:
+        from darboux.kernels import jit
+
+        typer.echo(f"Compiled in {time.perf_counter() - began:.1f} s; kept in {jit.CACHE or 'memory only'}.")
+
+
+class _Ill(Exception):  # noqa: N818  # a finding, not an error
+    """What is wrong, and how to mend it."""
+
+
+def _versions() -> str:
+    import platform
+
+    from darboux import __version__
+
+    return f"{__version__}, Python {platform.python_version()}, {platform.system()} {platform.machine()}"
+
+
+def _packages() -> str:
+    from importlib import metadata
+
+    names = ("numpy", "scipy", "numba", "matplotlib", "typer", "rich", "pydantic", "pint", "xarray", "h5netcdf", "h5py")
+    versions, missing = [], []
+    for name in names:
+        try:
+            versions.append(f"{name} {metadata.version(name)}")
+        except metadata.PackageNotFoundError:
+            missing.append(name)
+    if missing:
+        raise _Ill(f"{', '.join(missing)} is missing; install it by: pip install {' '.join(missing)}")
+    return ", ".join(versions)
+
+
+def _threads() -> str:
+    limits = [f"{name}={os.environ[name]}" for name in THREADS if name in os.environ]
+    return f"{os.cpu_count()} cores; {', '.join(limits) or 'no limits set'}"
+
+
+def _cache() -> str:
+    from darboux.kernels import jit
+
+    if jit.CACHE is None:
+        raise _Ill(
+            "no folder is writable, so kernels compile anew each time; name one by DARBOUX_CACHE=/a/folder/of/yours"
+        )
+    files = list(jit.CACHE.glob("*.nbi"))
+    return f"{jit.CACHE}, {len(files)} kernels compiled" + (
+        "" if files else " (the first solve compiles; or: darboux warmup)"
+    )
+
+
+def _self_test() -> str:
+    import time
+
+    import numpy as np
+
+    import darboux as dx
+
+    began = time.perf_counter()
+    problem = _problem()
+    tips = [dx.solve(problem, method).tip for method in (dx.Collocation(), dx.Elastica())]
+    gap = float(np.linalg.norm(tips[0] - tips[1])) / problem.rod.length
+    if not gap < SAME:
+        raise _Ill(f"two methods are {gap:.1e} L apart; install darboux anew, and report it if that does not help")
+    return f"two methods that share no code agree to {gap:.0e} L, in {time.perf_counter() - began:.2g} s"
+
+
+def _problem() -> Any:
+    import darboux as dx
+
+    rod = dx.Rod(length=0.25, section=dx.Circle(radius=1e-3), material=dx.Material(E=1e6, nu=0.5, density=1e3))
+    return dx.Equilibrium(rod, start=dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Gravity()])
+
+
+def _methods() -> tuple[Any, ...]:
+    import darboux as dx
+
+    return dx.Collocation(), dx.Shooting(), dx.DiscreteRod(30)
+
+
+def _solves() -> Iterator[None]:
+    import darboux as dx
+
+    for method in _methods():
+        yield None
+        dx.solve(_problem(), method, throw=False)

@@ -1,0 +1,76 @@
+"""`darboux info`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from darboux.cli.shell import Anywhere, Json, print_json
+
+
+def info(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="A scenario or a result; without one, what darboux knows.")
+    ] = None,
+    json: Json = False,
+    anywhere: Anywhere = False,
+) -> None:
+    """Say what a scenario or a result holds; without a file: methods, supports, loads, sections and materials."""
+    found = _library() if file is None else _of(file, anywhere)
+    if json:
+        print_json(found)
+        return
+    for name, words in found.items():
+        if isinstance(words, dict):
+            typer.echo("\n".join([f"{name}:", *(f"  {key}: {value}" for key, value in words.items())]))
+        else:
+            typer.echo(f"{name}: {', '.join(words) if isinstance(words, list) else words}")
+
+
+def _library() -> dict[str, Any]:
+    from darboux import __version__, materials
+    from darboux.scenario import forms
+
+    return {
+        "darboux": __version__,
+        "methods": [shape.name for shape in forms.METHODS],
+        "supports": [shape.name for shape in forms.SUPPORTS],
+        "loads": [shape.name for shape in forms.LOADS],
+        "sections": [shape.name for shape in forms.SECTIONS],
+        "materials": {
+            name: f"{entry.words}; E = {entry.material.E:.4g} Pa, nu = {entry.material.poisson:.3g}, "
+            f"density {entry.material.density:.4g} kg/m^3. {entry.source}"
+            for name, entry in materials.LIBRARY.items()
+        },
+    }
+
+
+def _of(file: Path, anywhere: bool) -> dict[str, Any]:
+    from darboux import scenario, store
+
+    if file.suffix.lower() == ".toml":
+        stated = scenario.read(file, anywhere=anywhere)
+        return {"kind": "scenario", **_problem(stated.problem), "method": str(stated.method or "the solver of record")}
+    solution = store.open(file)
+    return {
+        "kind": "result",
+        "status": solution.status.message,
+        **_problem(solution.problem),
+        "method": str(solution.method or "the solver of record"),
+        "nodes": len(solution.s),
+        "scenario": "\n" + scenario.Scenario(solution.problem, solution.method).toml,
+    }
+
+
+def _problem(problem: Any) -> dict[str, Any]:
+    between = [f"{type(support).__name__} at {s:g} m" for s, support in problem.between]
+    return {
+        "problem": type(problem).__name__,
+        "length": f"{problem.rod.length:g} m",
+        "section": type(problem.rod.section).__name__,
+        "model": problem.rod.model,
+        "supports": [type(problem.start).__name__, *between, type(problem.end).__name__],
+        "loads": [type(load).__name__ for load in problem.loads] or "none",
+    }

@@ -1,0 +1,49 @@
+"""`darboux new`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from darboux.cli.shell import Quiet
+from darboux.errors import InvalidInput
+
+TEMPLATES = {
+    "cantilever": "a rubber filament, clamped at one end, under its own weight",
+    "helix": "a steel spring that hangs from one end, pulled at the other",
+    "clamped-clamped": "a strip held at both ends, pushed together and twisted",
+    "hanging-cable": "a steel rope that sags between two masts",
+    "spinning": "a filament that turns with its clamp",
+    "ring": "a wire closed to a ring after two turns of twist",
+}
+
+
+def new(
+    template: Annotated[
+        str | None,
+        typer.Argument(metavar="[" + "|".join(TEMPLATES) + "]", help="What to begin with; without it, what there is."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Where to; else NAME.toml.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a scenario with comments, to change and to solve."""
+    from importlib.resources import files as resources
+
+    from darboux import checks, files
+
+    if template is None:
+        for name, words in TEMPLATES.items():
+            typer.echo(f"{name:<16} {words}")
+        return
+    checks.choice("template", template, TEMPLATES)
+    path = out or Path(f"{template}.toml")
+    if path.exists() and not force:
+        raise InvalidInput(f"{path} is there already; choose another name by --out, or write over it by --force.")
+    text = (resources("darboux.cli") / "templates" / f"{template}.toml").read_text(encoding="utf-8")
+    with files.replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    if not quiet:
+        typer.echo(f"Written to {path}: {TEMPLATES[template]}. Next: darboux solve {path}")

@@ -1,0 +1,62 @@
+"""`darboux solve`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from darboux.cli.shell import Anywhere, Json, Quiet, ScenarioFile, console, print_json
+from darboux.errors import NotConverged
+
+
+def solve(
+    file: ScenarioFile,
+    method: Annotated[
+        str | None,
+        typer.Option("--method", metavar="M", help="collocation, shooting, elastica or discrete; else the file's."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="RESULT", help="Keep the result, as in --out result.nc (NetCDF).")
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    anywhere: Anywhere = False,
+) -> None:
+    """Find the equilibrium: status, tip, reactions, moments, energy, error, stability, and a small picture."""
+    import time
+
+    began = time.perf_counter()
+    from darboux import scenario
+    from darboux.cli import report
+
+    stated = scenario.read(file, anywhere=anywhere)
+    solver = scenario.method(method, stated.method) if method else stated.method
+    from darboux.statics.solve import solve as solved
+
+    with waiting(f"solving {file.name}; a first run compiles for about half a minute", quiet or json):
+        solution = solved(stated.problem, solver, throw=False)
+    if out is not None:
+        from darboux import store
+
+        store.save(solution, out)
+    seconds = time.perf_counter() - began
+    if json:
+        print_json(report.content(solution, seconds))
+    elif not quiet:
+        screen = console()
+        screen.print(report.table(solution, file.stem, seconds))
+        screen.print(report.picture(solution, screen), markup=False)
+        if out is not None:
+            screen.print(f"Kept in {out}: darboux plot {out}", markup=False)
+    if not solution.converged:
+        raise NotConverged(solution.status.message, solution)
+
+
+def waiting(words: str, silent: bool) -> Any:
+    """Return a spinner on standard error, where a person looks on."""
+    import contextlib
+
+    screen = console(err=True)
+    return contextlib.nullcontext() if silent or not screen.is_terminal else screen.status(words)

@@ -1,0 +1,312 @@
+"""The command, as a new user runs it: every verb, every example of --help, what is printed, and the exit status."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import darboux as dx
+from darboux import scenario
+from darboux.cli import EXAMPLES, app
+from darboux.cli.new import TEMPLATES
+from darboux.view import plots, terminal
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Run the command in an empty folder, in this process."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def runs(*words: str) -> Result:
+        return CliRunner().invoke(app, list(words), prog_name="darboux")
+
+    return runs
+
+
+def sentence(result: Result, status: int, *words: str) -> None:
+    """Assert the exit status, and one sentence on standard error with these words in it."""
+    assert result.exit_code == status, result.output
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    assert "Traceback" not in result.stderr
+    for word in words:
+        assert word in result.stderr
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_every_template_is_written_and_solved(name: str, run: Any) -> None:
+    assert f"darboux solve {name}.toml" in run("new", name).stdout
+    assert Path(f"{name}.toml").read_text().startswith("# ")
+    found = run("solve", f"{name}.toml", "--json", "--out", "result.nc")
+    assert found.exit_code == 0, found.output
+    numbers = json.loads(found.stdout)
+    solution = dx.solve(dx.load(f"{name}.toml"), scenario.read(f"{name}.toml").method)
+    assert numbers["converged"] is True
+    assert numbers["status"] == "converged"
+    assert numbers["tip"]["r"] == solution.tip.tolist()
+    assert dx.open("result.nc").problem == solution.problem
+    sentence(run("new", name), 2, f"{name}.toml is there already", "--out", "--force")
+    Path(f"{name}.toml").write_text("mine")
+    assert run("new", name, "--force", "-q").stdout == ""
+    assert dx.load(f"{name}.toml") == solution.problem
+
+
+def test_the_numbers_of_json(run: Any) -> None:
+    run("new", "cantilever")
+    result = run("solve", "cantilever.toml", "--json")
+    assert result.stderr == ""
+    numbers = json.loads(result.stdout)
+    solution = dx.solve(dx.load("cantilever.toml"), dx.Collocation(rtol=1e-8))
+    flat = {"method": "Collocation(rtol=1e-08)", "stable": True, "model": "inextensible"}
+    assert {key: numbers[key] for key in flat} == flat
+    assert numbers["reactions"]["start"]["force"] == solution.reactions.start.force.tolist()
+    assert numbers["reactions"]["start"]["moment"] == solution.reactions.start.moment.tolist()
+    assert numbers["reactions"]["end"] == {"force": [0, 0, 0], "moment": [0, 0, 0]}
+    weight = 1000.0 * np.pi * 1e-6 * 0.25 * 9.81
+    assert numbers["reactions"]["start"]["force"][2] == pytest.approx(weight)
+    assert numbers["energy"]["total"] == solution.energy.total
+    assert numbers["error"]["tip"] == solution.error.tip
+    assert 0.0 < numbers["seconds"] < 600.0
+    np.testing.assert_allclose(numbers["tip"]["tangent"], solution.R(0.25)[:, 2], atol=1e-15)
+    assert numbers["largest_moment"]["s"] == 0.0
+    largest = solution.largest_stress
+    assert numbers["largest_stress"] == {"value": largest.von_mises, "s": largest.s, "point": list(largest.point)}
+    M = np.linalg.norm(solution.m(0.0))
+    assert largest.von_mises == pytest.approx(4.0 * M / (np.pi * 1e-9), rel=1e-2)  # 4 M / pi r^3, and a little tension
+
+
+def test_the_table_and_the_picture(run: Any) -> None:
+    run("new", "cantilever")
+    text = run("solve", "cantilever.toml").stdout
+    for words in (
+        "status",
+        "converged",
+        "tip",
+        "0.0148094",
+        "force at the start",
+        "largest moment",
+        "energy",
+        "stable",
+        "time",
+        "■",
+    ):
+        assert words in text
+    assert max(map(len, text.splitlines())) <= 80
+    assert run("solve", "cantilever.toml", "-q").output == ""
+    by_elastica = run("solve", "cantilever.toml", "--method", "elastica", "--json")
+    assert json.loads(by_elastica.stdout)["method"] == "Elastica()"
+
+
+def test_what_does_not_converge_exits_with_one_and_is_kept(run: Any) -> None:
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7))
+    dx.Equilibrium(rod, end=dx.Clamped(position=(0, 0, 0.5))).to_toml("pushed.toml", dx.Shooting())
+    sentence(run("solve", "pushed.toml", "-q", "--out", "pushed.nc"), 1, "NotConverged: ")
+    assert dx.open("pushed.nc").load_factor < 1.0
+    result = run("solve", "pushed.toml", "--json")
+    sentence(result, 1, "NotConverged: ")
+    numbers = json.loads(result.stdout)
+    assert numbers["converged"] is False
+    assert numbers["status"] != "converged"
+
+
+def test_mistakes_are_one_sentence_and_exit_with_two(run: Any) -> None:
+    run("new", "cantilever")
+    text = Path("cantilever.toml").read_text()
+    Path("wrong.toml").write_text(text.replace("radius", "raduis"))
+    sentence(run("solve", "wrong.toml"), 2, "wrong.toml, line 7", "raduis", "Did you mean 'radius'?")
+    sentence(run("solve", "none.toml"), 2, "none.toml is no file", "darboux new")
+    sentence(run("solve"), 2, "FILE", "darboux solve --help")
+    sentence(run("solve", "cantilever.toml", "--jsn"), 2, "--jsn", "--json")
+    sentence(run("slove", "cantilever.toml"), 2, "slove", "solve")
+    sentence(run("solve", "cantilever.toml", "--method", "colocation"), 2, "Did you mean 'collocation'?")
+    sentence(run("compare", "cantilever.toml", "--methods", "shooting"), 2, "two or more")
+    sentence(run("compare", "cantilever.toml", "--out", "a.doc"), 2, ".png, .svg, .pdf")
+    sentence(run("new", "cantilver"), 2, "Did you mean 'cantilever'?")
+    sentence(run("plot", "cantilever.toml"), 2, "no result of darboux")
+    run("solve", "cantilever.toml", "--out", "a.nc", "-q")
+    sentence(run("plot", "a.nc", "--what", "shapes"), 2, "Did you mean 'shape'?")
+    sentence(run("export", "a.nc", "--to", "cvs"), 2, "Did you mean 'csv'?")
+    sentence(run("export", "a.nc", "--samples", "1"), 2, "--samples")
+    sentence(run("solve", "cantilever.toml", "--out", "no/folder/a.nc"), 2, "can't be written")
+    result = run("solve", "none.toml", "--json")
+    sentence(result, 2, "none.toml is no file")
+    assert json.loads(result.stdout)["status"] == "invalid_input"
+    with pytest.raises(dx.InvalidInput):  # --debug lets the traceback through
+        CliRunner().invoke(app, ["solve", "none.toml", "--debug"], catch_exceptions=False)
+
+
+def test_tables_outside_the_folder_need_leave(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "k.csv").write_text("0,0,1,0\n1,0,1,0\n")
+    (tmp_path / "inside").mkdir()
+    text = "[rod]\nlength = 1\nsection = { EI1 = 1, GJ = 1 }\nnatural = { table = '../k.csv' }"
+    (tmp_path / "inside" / "bent.toml").write_text(text)
+    sentence(run("solve", "inside/bent.toml"), 2, "own folder", "--anywhere")
+    assert run("solve", "inside/bent.toml", "--anywhere", "-q").exit_code == 0
+
+
+def test_comparing(run: Any) -> None:
+    run("new", "cantilever")
+    result = run("compare", "cantilever.toml", "--methods", "elastica,collocation", "--out", "curves.svg", "--json")
+    assert result.exit_code == 0
+    numbers = json.loads(result.stdout)
+    gap = min(entry["distance"]["centreline"] for entry in numbers["methods"] if entry["distance"]["centreline"])
+    assert gap < 1e-8
+    assert Path(numbers["figure"]).read_text().startswith("<?xml")
+    text = run("compare", "cantilever.toml", "--methods", "elastica,discrete").stdout
+    for words in ("agreement of the methods", "Elastica()", "DiscreteRod(100)", "order", "cantilever-agreement.png"):
+        assert words in text
+    assert Path("cantilever-agreement.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_pictures_of_a_result(run: Any) -> None:
+    run("new", "cantilever")
+    run("solve", "cantilever.toml", "--out", "a.nc", "-q")
+    for what in plots.PLOTS:
+        for ending, start in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
+            if ending != "png" and what != "moments":
+                continue
+            assert f"{what}.{ending}" in run("plot", "a.nc", "--what", what, "--out", f"{what}.{ending}").stdout
+            assert Path(f"{what}.{ending}").read_bytes().startswith(start)
+    assert "a-shape.png" in run("plot", "a.nc").stdout
+
+
+def test_the_lines_of_a_plot_are_the_solution() -> None:
+    strip = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=3.0, GJ=0.7, EA=50.0), natural=(0, 0, 2.0), stretch=True)
+    solution = dx.solve(dx.Equilibrium(strip, loads=[dx.EndForce((1, 2, -1)), dx.EndMoment((0, 0, 0.5))]))
+    s = np.linspace(0.0, 1.0, plots.SAMPLES)
+    moments = plots.draw(solution, "moments").axes[0].lines
+    M = np.stack([line.get_ydata() for line in moments[:3]], axis=1)
+    np.testing.assert_allclose(M, np.einsum("nji,nj->ni", solution.R(s), solution.m(s)))
+    k = np.stack([line.get_ydata() for line in plots.draw(solution, "curvature").axes[0].lines[:3]], axis=1)
+    np.testing.assert_allclose(k, solution.k(s))
+    energies = [line.get_ydata() for line in plots.draw(solution, "energy").axes[0].lines]
+    found = [np.trapezoid(values, s) for values in energies]
+    energy = solution.energy
+    np.testing.assert_allclose(found, [energy.bending, energy.twist, energy.stretch], rtol=1e-4)
+
+
+def test_exporting(run: Any) -> None:
+    run("new", "spinning")
+    run("solve", "spinning.toml", "--out", "a.nc", "-q")
+    assert run("export", "a.nc", "--samples", "11").exit_code == 0
+    with Path("a.csv").open(newline="") as file:
+        rows = list(csv.reader(file))
+    assert rows[0][:4] == ["s (m)", "x (m)", "y (m)", "z (m)"]
+    data, solution = np.array(rows[1:], dtype=float), dx.open("a.nc")
+    s = np.linspace(0.0, 0.25, 11)
+    directors = solution.R(s).transpose(0, 2, 1).reshape(11, 9)
+    parts = [s, solution.r(s), directors, solution.k(s), solution.n(s), solution.m(s)]
+    np.testing.assert_array_equal(data, np.column_stack(parts))
+    np.testing.assert_array_equal(data[:, rows[0].index("d3x")], solution.R(s)[:, 0, 2])
+
+
+def test_what_darboux_and_a_file_hold(run: Any) -> None:
+    text = run("info").stdout
+    for words in ("collocation", "end_force", "clamped", "circle", "nitinol", "EN 1993-1-1"):
+        assert words in text
+    run("new", "hanging-cable")
+    assert "Clamped, Clamped" in run("info", "hanging-cable.toml").stdout
+    run("solve", "hanging-cable.toml", "--out", "a.nc", "-q")
+    found = json.loads(run("info", "a.nc", "--json").stdout)
+    assert found["kind"] == "result"
+    assert scenario.parse(found["scenario"]).problem == dx.load("hanging-cable.toml")
+
+
+def test_the_schema(run: Any) -> None:
+    assert json.loads(run("schema").stdout) == scenario.schema()
+    run("schema", "--out", "s.json")
+    assert json.loads(Path("s.json").read_text()) == scenario.schema()
+
+
+def test_the_doctor(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run("doctor")
+    assert result.exit_code == 0, result.output
+    for words in ("Python", "numpy", "cores", "kernels", "agree to"):
+        assert words in result.stdout
+    assert json.loads(run("doctor", "--json").stdout)["fine"] is True
+    from darboux.kernels import jit
+
+    monkeypatch.setattr(jit, "CACHE", None)
+    result = run("doctor")
+    assert result.exit_code == 1
+    assert "DARBOUX_CACHE" in result.stdout
+
+
+@pytest.mark.parametrize("verb", EXAMPLES, ids=lambda verb: verb.__name__)
+def test_every_verb_has_help_with_an_example_that_runs(verb: Any, run: Any) -> None:
+    text = " ".join(run(verb.__name__, "--help").stdout.split())
+    example = EXAMPLES[verb]
+    assert f"Example: {example}" in text
+    if verb.__name__ not in ("new", "paper"):
+        run("new", "cantilever")
+        run("solve", "cantilever.toml", "--out", "cantilever.nc", "-q")
+    words = shlex.split(example)
+    assert words[0] == "darboux"
+    if verb.__name__ == "paper":  # test_paper runs it
+        return
+    result = run(*words[1:])
+    assert result.exit_code == 0, result.output
+
+
+def process(*words: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run the command in a process of its own."""
+    code = "from darboux.cli import main; main()"
+    return subprocess.run(
+        [sys.executable, "-c", code, *words], cwd=cwd, capture_output=True, text=True, timeout=300, check=False,
+        env=os.environ | {"COLUMNS": "80"} | environment,
+    )  # fmt: skip
+
+
+def test_a_newcomer_s_first_minute(tmp_path: Path) -> None:
+    text = " ".join(process("--help", cwd=tmp_path).stdout.split())
+    example = re.search(r"Example: (.*)", text)
+    assert example
+    for words in example[1].split("&&"):
+        done = process(*shlex.split(words)[1:], cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert done.stderr == ""
+    ascii_only = process("solve", "helix.toml", cwd=tmp_path, PYTHONIOENCODING="ascii")
+    assert ascii_only.returncode == 0, ascii_only.stderr
+    assert "# the start" in ascii_only.stdout
+    completed = process(cwd=tmp_path, _DARBOUX_COMPLETE="complete_bash", COMP_WORDS="darboux so", COMP_CWORD="1")
+    assert completed.stdout.split() == ["solve"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="interrupts by a signal")
+def test_an_interrupt_is_clean(tmp_path: Path) -> None:
+    code = (
+        "import os, signal, threading; from darboux import scenario; from darboux.cli import main\n"
+        "scenario.read = lambda *a, **k: os.kill(os.getpid(), signal.SIGINT)\n"
+        "main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, "solve", "a.toml"], capture_output=True, text=True, cwd=tmp_path, check=False
+    )
+    assert done.returncode == 130
+    assert done.stderr.strip() == "Interrupted."
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_picture_keeps_the_shape() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    lines = terminal.picture(ring, plain=True).splitlines()
+    assert len(lines) == terminal.ROWS + 1
+    assert abs(max(map(len, lines[:-1])) - 2 * terminal.ROWS) <= 1  # a letter is twice as high as wide
+    assert lines[-1].startswith("x to the right, y upwards; 2")
+    middle = lines[len(lines) // 2]
+    assert middle.startswith("*")
+    assert "#" in "".join(lines[len(lines) // 2 - 2 : len(lines) // 2 + 2])
+    straight = terminal.picture(np.array([[0, 0, 0], [0, 0, 1.0]]))
+    assert len(straight.splitlines()) == terminal.ROWS + 1
