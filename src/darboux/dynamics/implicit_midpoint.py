@@ -33,6 +33,7 @@ class ImplicitMidpoint:
     step: float | None = None
 
     order = 2
+    spread = True
 
     def __post_init__(self) -> None:
         assign(self, segments=checks.whole("implicit_midpoint.segments", self.segments, 2))

@@ -29,6 +29,7 @@ class Method(Protocol):
     """What a method of motion is."""
 
     segments: int
+    spread: bool  # whether mass is spread along the segments
 
     def begin(self, system: System) -> Run:
         """Return a run at t = 0."""
@@ -60,7 +61,7 @@ def simulate(
         )
     records = checks.whole("simulate.records", records, 1)
     drift = checks.positive("simulate.drift", drift)
-    system = System(motion, method.segments)
+    system = System(motion, method.segments, spread=method.spread)
     run: Run = method.begin(system)
     recorder = _Recorder(system, records)
     recorder.take(run)

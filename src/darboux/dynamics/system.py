@@ -40,13 +40,16 @@ class Units(NamedTuple):
 
 
 class System:
-    """A rod of N equal segments that a motion describes: what resists, its mass, its supports, where it starts."""
+    """A rod of N equal segments that a motion describes: what resists, its mass, its supports, where it starts.
 
-    def __init__(self, motion: Motion, segments: int) -> None:
+    Mass is spread along the edges, or, where ``spread`` is False, stands in the vertices.
+    """
+
+    def __init__(self, motion: Motion, segments: int, spread: bool = True) -> None:
         refusal = refuses(motion)
         if refusal:
             raise InvalidInput(refusal)
-        self.motion, self.segments = motion, segments
+        self.motion, self.segments, self.spread = motion, segments, spread
         problem = motion.problem
         self.scale = Scale.of(problem)
         L, EI = problem.rod.length, self.scale.moment * problem.rod.length
@@ -84,6 +87,8 @@ class System:
             self.couples[i] += load.moment / scale.moment
         per_length = units.mass / units.length
         mass = _means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], cells)[:, 0] / per_length * self.V
+        edges = _means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], x)[:, 0] / per_length * self.l
+        self.sixth = edges / 6.0 if self.spread else np.zeros(self.segments)
         J = _means(lambda s: self._rotary(s * units.length)[:, None], x)[:, 0] / (per_length * units.length**2) * self.l
         self.mass = np.append(np.repeat(mass[:-1, None], 4, axis=1), np.full((1, 4), mass[-1]), axis=0)
         self.mass[:-1, 3] = J
@@ -128,8 +133,8 @@ class System:
             0 if clamped[0] else 1, N + 1 if clamped[1] else N,
         )  # fmt: skip
         return Body(
-            rod, Loads(self.f.ravel(), self.C.ravel()), self.couples.ravel(), self.mass, self.slowness, viscous.ravel(),
-            self.EA * self.times[2], self.drag, fixed, self.inextensible,
+            rod, Loads(self.f.ravel(), self.C.ravel()), self.couples.ravel(), self.mass, self.sixth, self.slowness,
+            viscous.ravel(), self.EA * self.times[2], self.drag, fixed, self.inextensible,
         )  # fmt: skip
 
     # -- the start -----------------------------------------------------------------------------------------------

@@ -1,6 +1,10 @@
 """Discrete elastic rods in motion, in units that the caller made dimensionless; see discrete_rod.py for the rod itself.
 
-Vertices carry masses, edges a rotary inertia J about their tangent. The velocities are packed like the unknowns, V = v_0,
+Vertices carry masses, edges a rotary inertia J about their tangent. Mass that is spread along the edges has the kinetic energy
+
+    1/2 sum_i m_i |v_i|^2 - 1/2 sum_j c_j |e_j'|^2,     c_j = (mass of edge j) / 6
+
+which takes the error of order h^2 off the frequencies of bending (that of the curvature is as large, with the other sign). The velocities are packed like the unknowns, V = v_0,
 omega_1, v_1, omega_2, ..., v_N, with omega the spin about the tangent. With G the gradient of the energy, less the other
 loads, and the damping's forces added,
 
@@ -91,6 +95,7 @@ class Body(NamedTuple):
     loads: Loads  # at the load factor 1
     couples: Array  # (3 N) dead couples on the edges, at the load factor 1
     mass: Array  # (4 N + 3) packed: masses of vertices, rotary inertia of edges about their tangent
+    spread: Array  # (N) a sixth of each edge's mass, by which the kinetic energy of |e'| is too large; 0: mass in vertices
     slowness: float  # damping proportional to mass, 1 / time
     viscous: Array  # (6 (N + 1)) viscous bending and twist of the springs, like rod.B
     viscous_EA: Array  # (N) viscous stretching of the edges, like rod.EA
@@ -277,6 +282,19 @@ def drag_on(
     return dot(force, w), -dot(force, fluid)
 
 
+@inline
+def slow(V: Array, rate: float, body: Body, hessian: bool, residual: Array, lower: Array) -> float:
+    """Damping proportional to the mass in the vertices; returns the power it dissipates."""
+    power = 0.0
+    for k in range(residual.size):
+        resisting = body.slowness * body.mass[k] * V[k]
+        residual[k] += resisting
+        power += resisting * V[k]
+        if hessian:
+            lower[LOWER * k] += rate * body.slowness * body.mass[k]
+    return power
+
+
 @jit
 def forces(
     old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
@@ -315,12 +333,7 @@ def forces(
             )
         power[1] += add_load(now.x, V, body, row, i, hessian, residual, lower)
     if body.slowness > 0.0:
-        for k in range(residual.size):
-            resisting = body.slowness * body.mass[k] * V[k]
-            residual[k] += resisting
-            power[0] += resisting * V[k]
-            if hessian:
-                lower[LOWER * k] += rate * body.slowness * body.mass[k]
+        power[0] += slow(V, rate, body, hessian, residual, lower)
 
 
 # One stage
@@ -341,6 +354,20 @@ def spin_change(
     return other
 
 
+@inline
+def add_spread(V: Array, start: Array, rate: float, c: float, j: int, residual: Array, lower: Array) -> None:
+    """What mass spread along edge j takes off: -c e''."""
+    o = 4 * j
+    later, before = minus(vector(V, o), vector(V, o - 4)), minus(vector(start, o), vector(start, o - 4))
+    force = scaled(c * rate, minus(later, before))
+    add(residual, o - 4, force)
+    add(residual, o, scaled(-1.0, force))
+    for p in range(3):
+        lower[LOWER * (o - 4 + p)] -= c * rate * rate
+        lower[LOWER * (o + p)] -= c * rate * rate
+        lower[LOWER * (o - 4 + p) + 4] += c * rate * rate
+
+
 @jit
 def add_inertia(
     old: State, now: State, V: Array, start: Array, rate: float, body: Body, ends: bool, residual: Array, lower: Array
@@ -353,6 +380,7 @@ def add_inertia(
         for p in range(3):
             lower[LOWER * (4 * i + p)] += m * rate * rate
         if i > 0:
+            add_spread(V, start, rate, body.spread[i - 1], i, residual, lower)
             J, r = body.mass[4 * i - 1], 1.0 / length(now.x, i, edges)
             add_moment(
                 residual, i, vector(now.t, 3 * i), r, spin_change(old, now, V, start, rate, J, i, ends, r)
@@ -465,28 +493,19 @@ def settle(now: State, body: Body) -> None:
 
 
 @inline
-def work_of_supports(old: State, now: State, body: Body, row: Array, reaction: Array, h: float) -> float:
-    """Force times way and moment times turn of both supports, over a step whose middle is `now`."""
-    work, last = 0.0, 3 * body.rod.l.size
+def power_of_supports(body: Body, row: Array, reaction: Array) -> float:
+    """Force times velocity and moment times turning of both supports."""
+    power, last = 0.0, 4 * body.rod.l.size
     for p in range(3):
         if body.fixed[p]:
-            work += 2.0 * reaction[p] * (now.x[p] - old.x[p])
-        if body.fixed[4 * body.rod.l.size + p]:
-            work += 2.0 * reaction[6 + p] * (now.x[last + p] - old.x[last + p])
-        work += h * (reaction[3 + p] * row[SPIN + p] + reaction[9 + p] * row[SPIN + 3 + p])
-    return work
+            power += reaction[p] * row[VELOCITY + p]
+        if body.fixed[last + p]:
+            power += reaction[6 + p] * row[VELOCITY + 3 + p]
+        power += reaction[3 + p] * row[SPIN + p] + reaction[9 + p] * row[SPIN + 3 + p]
+    return power
 
 
 # Methods
-
-
-@inline
-def assign(new: State, old: State) -> None:
-    """new = old"""
-    new.x[:] = old.x
-    new.t[:] = old.t
-    new.d1[:] = old.d1
-    new.m[:] = old.m
 
 
 @jit
@@ -517,7 +536,7 @@ def midpoint_steps(
         settle(now, body)
         tally[DISSIPATED] += h * space.power[0]
         tally[OF_LOADS] += h * space.power[1]
-        tally[OF_SUPPORTS] += work_of_supports(state, now, body, row, space.reaction, h)
+        tally[OF_SUPPORTS] += h * power_of_supports(body, row, space.reaction)
         hold(row, body, state, velocity, step)
         for p in range(n):
             pull[p] = 2.0 * (velocity[p] - V[p]) / h
@@ -563,8 +582,18 @@ def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A:
         add_moment(space.residual, j, t, r, scaled(body.mass[4 * j - 1] * V[4 * j - 1], turning))
     for p in range(3):
         space.reaction[p], space.reaction[6 + p] = space.residual[p], space.residual[V.size - 3 + p]
+    if body.spread[0] == 0.0:
+        for k in range(V.size):
+            A[k] = 0.0 if body.fixed[k] else -space.residual[k] / body.mass[k]
+        return
+    A[:] = space.residual
+    space.lower[:] = 0.0
+    add_inertia(now, now, V, V, 1.0, body, False, space.residual, space.lower)
+    band.fix(space.lower, A, body.fixed)
+    band.factor(space.lower, V.size)
+    band.solve(space.lower, V.size, A)
     for k in range(V.size):
-        A[k] = 0.0 if body.fixed[k] else -space.residual[k] / body.mass[k]
+        A[k] = -A[k]
 
 
 @jit
@@ -584,32 +613,30 @@ def verlet_steps(
             V[p] += 0.5 * h * A[p]
         place(state, space.base, h, V, row, body, space.step, now)
         settle(now, body)
-        accelerations(now, V, body, row, space, A)
-        tally[DISSIPATED] += h * space.power[0]
-        tally[OF_LOADS] += h * space.power[1]
-        for p in range(3):
-            tally[OF_SUPPORTS] += space.reaction[p] * (now.x[p] - state.x[p])
-            tally[OF_SUPPORTS] += space.reaction[6 + p] * (now.x[now.x.size - 3 + p] - state.x[now.x.size - 3 + p])
-            tally[OF_SUPPORTS] += h * (
-                space.reaction[3 + p] * row[SPIN + p] + space.reaction[9 + p] * row[SPIN + 3 + p]
-            )
+        for half in range(2):  # the powers at both ends of the step, by halves
+            tally[DISSIPATED] += 0.5 * h * space.power[0]
+            tally[OF_LOADS] += 0.5 * h * space.power[1]
+            tally[OF_SUPPORTS] += 0.5 * h * power_of_supports(body, row, space.reaction)
+            if half == 0:
+                accelerations(now, V, body, row, space, A)
         for p in range(V.size):
             V[p] += 0.5 * h * A[p]
         if not largest_turn(body.rod.l, space.step) < LARGEST_TURN:
             return -1 - k
-        assign(state, now)
+        for part, new in zip(state, now):
+            part[:] = new
     return steps
 
 
 @jit
 def tr_bdf2_step(
     state: State, V: Array, A: Array, h: float, drive: Array, body: Body, space: Space, middle: State, now: State,
-    V1: Array, error: Array,
+    V1: Array, error: Array, power: Array,
 ) -> int:  # fmt: skip
     """Try one step of TR-BDF2, to (now, V1), from (state, V) with the accelerations A; three rows of the drive.
 
-    `error` gets the estimated error of the packed positions; A is replaced by that at the end. Returns Newton's
-    iterations, or -1. Power, reaction and state at the middle are dropped.
+    `error` gets the estimated error of the packed positions, `power` the three powers at the end; A is replaced by that at
+    the end. Returns Newton's iterations, or -1.
     """
     n = V.size
     tau = 0.5 * GAMMA * h
@@ -636,8 +663,9 @@ def tr_bdf2_step(
     settle(now, body)
     c = 2.0 * h * (-3.0 * GAMMA * GAMMA + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA))
     for k in range(n):
-        A[k] = 0.0 if body.fixed[k] else (V1[k] - start[k]) / tau
+        A[k] = (V1[k] - V[k]) / h if body.fixed[k] else (V1[k] - start[k]) / tau
         error[k] = c * (V[k] / GAMMA - V_middle[k] / (GAMMA * (1.0 - GAMMA)) + V1[k] / (1.0 - GAMMA))
+    power[0], power[1], power[2] = space.power[0], space.power[1], power_of_supports(body, second, space.reaction)
     return done + more
 
 
@@ -657,9 +685,10 @@ def measures(state: State, V: Array, body: Body, factor: float, result: Array) -
         result[4] += factor * load_energy(x, body.loads.f, body.loads.C, i)
         if i > 0:
             J, spin = body.mass[4 * i - 1], V[4 * i - 1]
-            result[0] += 0.5 * J * spin * spin
+            c, de = body.spread[i - 1], minus(v, vector(V, 4 * i - 4))
+            result[0] += 0.5 * (J * spin * spin - c * dot(de, de))
+            add(result, 8, scaled(-c, cross(edge(x, i), de)))
             add(result, 8, scaled(J * spin, vector(state.t, 3 * i)))
     parts = np.empty(4)
-    kept = result[4]
-    energy(state, body.rod, Loads(0.0 * body.loads.f, 0.0 * body.loads.C), parts)
-    result[1], result[2], result[3], result[4] = parts[0], parts[1], 0.0 if body.inextensible else parts[2], kept
+    energy(state, body.rod, body.loads, parts)
+    result[1], result[2], result[3] = parts[0], parts[1], 0.0 if body.inextensible else parts[2]
