@@ -33,10 +33,18 @@ _HOMES = {
     "statics.elastica": ("Elastica",),
     "statics.discrete": ("DiscreteRod",),
     "comparison": ("compare", "Comparison"),
+    "motion": ("KelvinVoigt", "LinearDrag", "MassDamping", "Motion", "Moving", "QuadraticDrag"),
+    "trajectory": ("Trajectory",),
+    "dynamics.simulate": ("simulate",),
+    "dynamics.implicit_midpoint": ("ImplicitMidpoint",),
+    "dynamics.tr_bdf2": ("TRBDF2",),
+    "dynamics.stormer_verlet": ("StormerVerlet",),
+    "dynamics.modes": ("natural_modes",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "TRBDF2",
     "Buoyancy",
     "Circle",
     "Clamped",
@@ -56,14 +64,21 @@ __all__ = [
     "Guided",
     "Helix",
     "Hinge",
+    "ImplicitMidpoint",
     "InvalidInput",
+    "KelvinVoigt",
     "LineCouple",
     "LineForce",
+    "LinearDrag",
+    "MassDamping",
     "Material",
+    "Motion",
+    "Moving",
     "NotConverged",
     "Pinned",
     "PointForce",
     "PointMoment",
+    "QuadraticDrag",
     "Rectangle",
     "Rod",
     "Roller",
@@ -73,18 +88,27 @@ __all__ = [
     "Spring",
     "Status",
     "Stiffness",
+    "StormerVerlet",
     "Table",
+    "Trajectory",
     "Tube",
     "Universal",
     "compare",
     "frame_of_helix",
     "integrate",
+    "natural_modes",
+    "simulate",
     "solve",
     "turn",
 ]
 
 if TYPE_CHECKING:
     from darboux.comparison import Comparison, compare
+    from darboux.dynamics.implicit_midpoint import ImplicitMidpoint
+    from darboux.dynamics.modes import natural_modes
+    from darboux.dynamics.simulate import simulate
+    from darboux.dynamics.stormer_verlet import StormerVerlet
+    from darboux.dynamics.tr_bdf2 import TRBDF2
     from darboux.errors import InvalidInput, NotConverged
     from darboux.frames import turn
     from darboux.loads import (
@@ -101,6 +125,7 @@ if TYPE_CHECKING:
         Rotation,
     )
     from darboux.material import Material
+    from darboux.motion import KelvinVoigt, LinearDrag, MassDamping, Motion, Moving, QuadraticDrag
     from darboux.natural import Helix, frame_of_helix
     from darboux.problem import Equilibrium
     from darboux.profile import Table
@@ -114,6 +139,7 @@ if TYPE_CHECKING:
     from darboux.statics.shooting import Shooting
     from darboux.statics.solve import solve
     from darboux.supports import Clamped, Free, Guided, Hinge, Pinned, Roller, Slider, Spring, Universal
+    from darboux.trajectory import Trajectory
 
 
 def __getattr__(name: str) -> Any:

@@ -160,7 +160,9 @@ class Motion:
         assign(self, duration=checks.positive("motion.duration", self.duration, "s"))
         damping = (self.damping,) if isinstance(self.damping, Damping) else self.damping
         if not isinstance(damping, list | tuple):
-            raise InvalidInput(f"motion.damping is {checks.shown(damping)}; it must be a list, such as [MassDamping(2.0)].")
+            raise InvalidInput(
+                f"motion.damping is {checks.shown(damping)}; it must be a list, such as [MassDamping(2.0)]."
+            )
         for i, part in enumerate(damping):
             checks.instance(f"motion.damping[{i}]", part, Damping, "a damping, such as MassDamping(2.0)")
         assign(self, damping=tuple(damping), release=self._releases())
@@ -214,7 +216,9 @@ class Motion:
                 continue
             checks.instance(f"motion.{at}", moving, Moving, "None or Moving(position=..., frame=...)")
             if not all(support.held_displacement):
-                raise InvalidInput(f"motion.{at} moves, but problem.{at} is {type(support).__name__}(), which does not hold it.")
+                raise InvalidInput(
+                    f"motion.{at} moves, but problem.{at} is {type(support).__name__}(), which does not hold it."
+                )
             if moving.frame is not None and not support.clamps:
                 raise InvalidInput(f"motion.{at}.frame turns the end, but problem.{at} is no clamp; leave frame out.")
             gap = np.linalg.norm(self.position(at, 0.0) - np.array(support.position))
@@ -263,7 +267,9 @@ class Motion:
         if self.load_factor is None:
             return 1.0
         if not callable(self.load_factor):
-            raise InvalidInput(f"motion.load_factor is {checks.shown(self.load_factor)}; it must be a function of the time t.")
+            raise InvalidInput(
+                f"motion.load_factor is {checks.shown(self.load_factor)}; it must be a function of the time t."
+            )
         return float(_at_time("motion.load_factor", self.load_factor, t, checks.number))
 
     def fluid(self, t: float) -> Array:

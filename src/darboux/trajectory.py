@@ -59,7 +59,8 @@ class MotionEnergy:
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """The rod at one time: ``s`` (N + 1,) and the vertices' ``r`` in m and ``velocity`` in m/s, (N + 1, 3); the edges'
-    frames ``R`` (N, 3, 3), at the middles between the vertices, and ``spin`` (N,) about their tangents in rad/s."""
+    frames ``R`` (N, 3, 3), at the middles between the vertices, and ``spin`` (N,) about their tangents in rad/s.
+    """
 
     t: float
     s: Array
@@ -156,7 +157,9 @@ class Trajectory:
         )
 
     def __repr__(self) -> str:
-        return f"<Trajectory by {self.method}: {self.status.code}, {len(self.times)} records to t = {self.times[-1]:g} s>"
+        return (
+            f"<Trajectory by {self.method}: {self.status.code}, {len(self.times)} records to t = {self.times[-1]:g} s>"
+        )
 
     def __str__(self) -> str:
         tip, energy = self.tip[-1], self.energy

@@ -23,13 +23,16 @@ from darboux.problem import Equilibrium
 Array = NDArray[np.float64]
 
 RIGID = 1e8  # EA L^2 / EI that stands for an inextensible rod
-SHIFT = 1e-3  # below the spectrum, in units of the lowest frequency of a bent rod, squared: rigid motions are no obstacle
+SHIFT = (
+    1e-3  # below the spectrum, in units of the lowest frequency of a bent rod, squared: rigid motions are no obstacle
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Modes:
     """Natural vibrations: ``frequencies`` (k,) in Hz, ascending, rigid motions with 0; ``shapes`` (k, N + 1, 3), the
-    vertices' displacements, and ``turns`` (k, N), the edges' turns about the tangent, of unit kinetic energy's scale."""
+    vertices' displacements, and ``turns`` (k, N), the edges' turns about the tangent, of unit kinetic energy's scale.
+    """
 
     frequencies: Array
     shapes: Array
@@ -37,7 +40,9 @@ class Modes:
 
 
 @checked_call
-def natural_modes(problem: Equilibrium, count: int = 6, *, segments: int = 200, about: Any = None, **motion: Any) -> Modes:
+def natural_modes(
+    problem: Equilibrium, count: int = 6, *, segments: int = 200, about: Any = None, **motion: Any
+) -> Modes:
     """Find the lowest natural vibrations about a shape, by shift and inversion on the band.
 
         K u = omega^2 M u
@@ -55,14 +60,18 @@ def natural_modes(problem: Equilibrium, count: int = 6, *, segments: int = 200, 
         system.body = system.body_at(0.0)
     free = ~system.body.fixed
     if count > np.count_nonzero(free) - 2:
-        raise InvalidInput(f"natural_modes.count is {count}; {segments} segments have {np.count_nonzero(free) - 2} at most.")
+        raise InvalidInput(
+            f"natural_modes.count is {count}; {segments} segments have {np.count_nonzero(free) - 2} at most."
+        )
     lower = stiffness(system, state, 0.0 if about is None else 1.0)
     n = 4 * segments + 3
     mass = mass_band(system, state)
     shifted = lower + SHIFT * mass
     band.fix(shifted, np.zeros(n), system.body.fixed)
     if band.factor(shifted, n) < 0:
-        raise InvalidInput("natural_modes: the stiffness about this shape is singular; take another number of segments.")
+        raise InvalidInput(
+            "natural_modes: the stiffness about this shape is singular; take another number of segments."
+        )
 
     def inverse(u: Array) -> Array:
         right = np.zeros(n)

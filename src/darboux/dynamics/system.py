@@ -86,7 +86,9 @@ class System:
             self.f[i] += load.force / scale.force
             self.couples[i] += load.moment / scale.moment
         per_length = units.mass / units.length
-        mass = _means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], cells)[:, 0] / per_length * self.V
+        mass = (
+            _means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], cells)[:, 0] / per_length * self.V
+        )
         edges = _means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], x)[:, 0] / per_length * self.l
         self.sixth = edges / 6.0 if self.spread else np.zeros(self.segments)
         J = _means(lambda s: self._rotary(s * units.length)[:, None], x)[:, 0] / (per_length * units.length**2) * self.l
@@ -204,7 +206,9 @@ class System:
         e = np.diff(r, axis=0)
         long = np.linalg.norm(e, axis=1) / self.l
         if np.any(long < 1e-3):
-            raise InvalidInput("motion.initial puts two points of the rod in one place; give r as a function of s in m.")
+            raise InvalidInput(
+                "motion.initial puts two points of the rod in one place; give r as a function of s in m."
+            )
         if self.inextensible:
             if np.max(np.abs(long - 1.0)) > 0.01:
                 raise InvalidInput(
@@ -328,7 +332,9 @@ def refuses(motion: Motion) -> str | None:
         return "motion states rods that do not shear, but rod.shear is True; set shear=False."
     for at in ENDS:
         support, load = getattr(problem, at), problem.end_load(at)
-        known = not support.holds or (all(support.held_displacement) and (support.clamps or not any(support.held_rotation)))
+        known = not support.holds or (
+            all(support.held_displacement) and (support.clamps or not any(support.held_rotation))
+        )
         if not known or support.twist != 0.0 or support.linear is not None or support.rotational is not None:
             return f"problem.{at} is {type(support).__name__}(); motion states Clamped() without twist, Pinned() and Free() ends."
         if np.any(load.section_force) or np.any(load.section_moment):
@@ -352,9 +358,8 @@ def new_state(N: int) -> State:
 def new_space(N: int) -> Space:
     """Return room for a step of N edges."""
     n = 4 * N + 3
-    return Space(
-        np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(LOWER * n), np.zeros(discrete_rod.WORK + 6), np.zeros(12), np.zeros(2)
-    )
+    work, lower = np.zeros(discrete_rod.WORK + 6), np.zeros(LOWER * n)
+    return Space(np.zeros(n), np.zeros(n), np.zeros(n), lower, work, new_state(N), np.zeros(12), np.zeros(2))
 
 
 def frames_along(t: Array) -> Array:

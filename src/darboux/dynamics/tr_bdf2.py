@@ -122,7 +122,9 @@ class _Adaptive(Run):
             self._accept(t if n == 1 else self.t + h, h / units.time, A, done)
             halvings = 0
             if self.constant is None:
-                self.h = max(h, self.h) if size == 0.0 else h * min(GROWTH, max(SHRINKING, SAFETY * size ** (-1.0 / 3.0)))
+                self.h = (
+                    max(h, self.h) if size == 0.0 else h * min(GROWTH, max(SHRINKING, SAFETY * size ** (-1.0 / 3.0)))
+                )
             else:
                 self.h = self.constant
         return True

@@ -79,9 +79,10 @@ NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, ROW = 34, 40, 46, 52
 DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
 
 MOST_ITERATIONS = 25
-TOLERANCE = 1e-9  # of Newton's last change, as a turn in rad; what is left is its square or a small part of it
+TOLERANCE = 1e-11  # of Newton's last change, as a turn in rad; what is left is its square or a small part of it
 FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
 LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
+STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
 PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2
 
 GAMMA = 2.0 - math.sqrt(2.0)
@@ -95,10 +96,12 @@ class Body(NamedTuple):
     loads: Loads  # at the load factor 1
     couples: Array  # (3 N) dead couples on the edges, at the load factor 1
     mass: Array  # (4 N + 3) packed: masses of vertices, rotary inertia of edges about their tangent
-    spread: Array  # (N) a sixth of each edge's mass, by which the kinetic energy of |e'| is too large; 0: mass in vertices
+    spread: (
+        Array  # (N) a sixth of each edge's mass, by which the kinetic energy of |e'| is too large; 0: mass in vertices
+    )
     slowness: float  # damping proportional to mass, 1 / time
     viscous: Array  # (6 (N + 1)) viscous bending and twist of the springs, like rod.B
-    viscous_EA: Array  # (N) viscous stretching of the edges, like rod.EA
+    viscous_stretch: Array  # (N) viscous stretching of the edges, like rod.EA
     drag: Array  # (4) linear drag along and across the tangent, quadratic drag along and across, per length
     fixed: Flags  # (4 N + 3) unknowns that a support holds
     inextensible: bool
@@ -112,6 +115,7 @@ class Space(NamedTuple):
     residual: Array  # (4 N + 3)
     lower: Array  # (11 (4 N + 3))
     work: Array  # of a spring
+    later: State  # at the end of a midpoint step
     reaction: Array  # (12) force and moment of the support at the start, then at the end
     power: Array  # (2) dissipated, of the loads
 
@@ -142,7 +146,7 @@ def stretching(
     lower: Array,
 ) -> float:  # fmt: skip
     """Tension of edge j, elastic and viscous; returns the power it dissipates."""
-    l, EA, viscous = body.rod.l[j - 1], body.rod.EA[j - 1], body.viscous_EA[j - 1]
+    l, EA, viscous = body.rod.l[j - 1], body.rod.EA[j - 1], body.viscous_stretch[j - 1]
     e = edge(now.x, j)
     size = math.sqrt(dot(e, e))
     if ends:  # eq. (2)
@@ -184,15 +188,28 @@ def rate_of_edge(V: Array, i: int, edges: int, row: Array, t: Vector) -> tuple[V
 @inline
 def rate_of_strain(work: Array, o: int, da: Vector, wa: float, db: Vector, wb: float) -> float:
     """grad kappa . (e_a', omega_a, e_b', omega_b)"""
-    rate: float = (
-        dot(vector(work, o), da) + work[o + 3] * wa + dot(vector(work, o + 4), db) + work[o + 7] * wb
-    )
+    rate: float = dot(vector(work, o), da) + work[o + 3] * wa + dot(vector(work, o + 4), db) + work[o + 7] * wb
     return rate
 
 
 @inline
+def exact_in_energy(rod: Elasticity, i: int, mu: Vector, before: Vector, after: Vector, dk: Vector) -> Vector:
+    """mu + c B dk, whose work on dk = grad kappa . h V is exactly what the energy of spring i changes by: eq. (4)."""
+    rest = vector(rod.kappa0, 3 * i)
+    mean = minus(mix(0.5, before, 0.5, after), rest)
+    Bdk = symmetric_times(rod.B, 6 * i, dk)
+    size = dot(dk, Bdk)
+    stored = dot(mean, symmetric_times(rod.B, 6 * i, mean))
+    if size <= STILL * stored:
+        return mu
+    c = (dot(mean, symmetric_times(rod.B, 6 * i, minus(after, before))) - dot(mu, dk)) / size
+    exact: Vector = mix(1.0, mu, c, Bdk)
+    return exact
+
+
+@inline
 def spring(
-    now: State, V: Array, rate: float, body: Body, row: Array, i: int, hessian: bool, residual: Array, lower: Array,
+    old: State, now: State, later: State, ends: bool, V: Array, rate: float, body: Body, row: Array, i: int, hessian: bool, residual: Array, lower: Array,
     work: Array, stiffness: Array, reaction: Array,
 ) -> float:  # fmt: skip
     """Bending and twist of vertex i, elastic and viscous; returns the power they dissipate."""
@@ -211,7 +228,11 @@ def spring(
         rate_of_strain(work, TWIST, da, wa, db, wb),
     )
     resisting = symmetric_times(body.viscous, o, rates)
-    mu = plus(symmetric_times(body.rod.B, o, minus(k, vector(body.rod.kappa0, 3 * i))), resisting)
+    mu = symmetric_times(body.rod.B, o, minus(k, vector(body.rod.kappa0, 3 * i)))
+    if ends:
+        before, after = strain(old.t, old.d1, now.m, i), strain(later.t, later.d1, now.m, i)
+        mu = exact_in_energy(body.rod, i, mu, before, after, scaled(2.0 / rate, rates))
+    mu = plus(mu, resisting)
     spring_gradient(work, mu)
     if i == 0:
         ghost_reaction(work, 0, a, reaction, 3)
@@ -228,9 +249,7 @@ def spring(
 
 
 @inline
-def add_load(
-    x: Array, V: Array, body: Body, row: Array, i: int, hessian: bool, residual: Array, lower: Array
-) -> float:
+def add_load(x: Array, V: Array, body: Body, row: Array, i: int, hessian: bool, residual: Array, lower: Array) -> float:
     """Minus the force, factor (f + C x), on vertex i; returns its power."""
     factor, o = row[FACTOR], 6 * i
     C = body.loads.C
@@ -300,7 +319,7 @@ def forces(
     old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
 ) -> None:
     """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
-    _, _, residual, lower, work, reaction, power = space
+    _, _, residual, lower, work, later, reaction, power = space
     rod = body.rod
     edges = rod.l.size
     residual[:] = 0.0
@@ -328,9 +347,7 @@ def forces(
                     power[0] += lost
                     power[1] += given
         if rod.first <= i < rod.stop:
-            power[0] += spring(
-                now, V, rate, body, row, i, hessian, residual, lower, work, stiffness, reaction
-            )
+            power[0] += spring(old, now, later, ends, V, rate, body, row, i, hessian, residual, lower, work, stiffness, reaction)
         power[1] += add_load(now.x, V, body, row, i, hessian, residual, lower)
     if body.slowness > 0.0:
         power[0] += slow(V, rate, body, hessian, residual, lower)
@@ -347,7 +364,9 @@ def spin_change(
     t, spin, before = vector(now.t, 3 * j), V[4 * j - 1], start[4 * j - 1]
     if ends:
         later = unit(mix(2.0, edge(now.x, j), -1.0, edge(old.x, j)))
-        change: Vector = mix(0.5 * rate * J * (2.0 * spin - before), later, -0.5 * rate * J * before, vector(old.t, 3 * j))
+        change: Vector = mix(
+            0.5 * rate * J * (2.0 * spin - before), later, -0.5 * rate * J * before, vector(old.t, 3 * j)
+        )
         return change
     turning = scaled(r, across(t, minus(vector(V, 4 * j), vector(V, 4 * j - 4))))
     other: Vector = mix(J * (spin - before) * rate, t, J * spin, turning)
@@ -382,9 +401,7 @@ def add_inertia(
         if i > 0:
             add_spread(V, start, rate, body.spread[i - 1], i, residual, lower)
             J, r = body.mass[4 * i - 1], 1.0 / length(now.x, i, edges)
-            add_moment(
-                residual, i, vector(now.t, 3 * i), r, spin_change(old, now, V, start, rate, J, i, ends, r)
-            )
+            add_moment(residual, i, vector(now.t, 3 * i), r, spin_change(old, now, V, start, rate, J, i, ends, r))
             lower[LOWER * (4 * i - 1)] += J * rate * rate
 
 
@@ -431,9 +448,7 @@ def to_velocity(old: State, now: State, rate: float, change: Array, V: Array) ->
     for j in range(1, edges + 1):
         t0, t, e = vector(old.t, 3 * j), vector(now.t, 3 * j), edge(now.x, j)
         de = minus(vector(change, 4 * j), vector(change, 4 * j - 4))
-        V[4 * j - 1] += rate * (
-            change[4 * j - 1] + dot(cross(t0, t), de) / ((1.0 + dot(t0, t)) * math.sqrt(dot(e, e)))
-        )
+        V[4 * j - 1] += rate * (change[4 * j - 1] + dot(cross(t0, t), de) / ((1.0 + dot(t0, t)) * math.sqrt(dot(e, e))))
     for i in range(edges + 1):
         add(V, 4 * i, scaled(rate, vector(change, 4 * i)))
 
@@ -450,18 +465,38 @@ def renew_tension(old: State, now: State, change: Array, body: Body) -> None:
         body.rod.T[j - 1] += body.rod.EA[j - 1] * eps
 
 
+@inline
+def turn_frames(now: State, step: Array, state: State) -> None:
+    """Carry the directors from `now` to the state's edges, and turn them by the step's angles."""
+    edges = now.x.size // 3 - 1
+    for j in range(1, edges + 1):
+        t, tangent = vector(now.t, 3 * j), unit(edge(state.x, j))
+        d = vector(now.d1, 3 * j)
+        s = dot(d, tangent) / (1.0 + dot(t, tangent))
+        director = unit(across(tangent, mix(1.0, d, -s, mix(1.0, t, 1.0, tangent))))
+        theta = step[4 * j - 1]
+        turned = mix(math.cos(theta), director, math.sin(theta), cross(tangent, director))
+        for p in range(3):
+            state.t[3 * j + p], state.d1[3 * j + p] = tangent[p], turned[p]
+
+
 @jit
 def stage(
     old: State, start: Array, tau: float, V: Array, body: Body, row: Array, ends: bool, space: Space, now: State
 ) -> int:
     """Solve eq. (1) from a guess of V, which it replaces; `now` is where the rod then is. Return the iterations, or -1."""
-    base, step, residual, lower, _, reaction, _ = space
+    base, step, residual, lower, _, later, reaction, _ = space
     rate, n = 1.0 / tau, V.size
     last = np.inf
     if body.inextensible:
         body.rod.EA[:] = PENALTY * rate * rate
     for iteration in range(1, MOST_ITERATIONS + 1):
         place(old, base, tau, V, row, body, step, now)
+        if ends:
+            for p in range(now.x.size):
+                later.x[p] = 2.0 * now.x[p] - old.x[p]
+            turn_frames(now, step, later)
+            set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, later)
         forces(old, now, V, rate, body, row, ends, True, space)
         add_inertia(old, now, V, start, rate, body, ends, residual, lower)
         for p in range(3):
@@ -556,21 +591,6 @@ def midpoint_steps(
     return iterations
 
 
-@inline
-def turn_frames(now: State, step: Array, state: State) -> None:
-    """Carry the directors from `now` to the state's edges, and turn them by the step's angles."""
-    edges = now.x.size // 3 - 1
-    for j in range(1, edges + 1):
-        t, tangent = vector(now.t, 3 * j), unit(edge(state.x, j))
-        d = vector(now.d1, 3 * j)
-        s = dot(d, tangent) / (1.0 + dot(t, tangent))
-        director = unit(across(tangent, mix(1.0, d, -s, mix(1.0, t, 1.0, tangent))))
-        theta = step[4 * j - 1]
-        turned = mix(math.cos(theta), director, math.sin(theta), cross(tangent, director))
-        for p in range(3):
-            state.t[3 * j + p], state.d1[3 * j + p] = tangent[p], turned[p]
-
-
 @jit
 def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A: Array) -> None:
     """V' = -M^-1 (G + J omega t'), 0 where a support holds."""
@@ -623,8 +643,10 @@ def verlet_steps(
             V[p] += 0.5 * h * A[p]
         if not largest_turn(body.rod.l, space.step) < LARGEST_TURN:
             return -1 - k
-        for part, new in zip(state, now):
-            part[:] = new
+        state.x[:] = now.x
+        state.t[:] = now.t
+        state.d1[:] = now.d1
+        state.m[:] = now.m
     return steps
 
 
