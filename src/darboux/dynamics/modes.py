@@ -113,7 +113,9 @@ def stiffness(system: System, state: State, factor: float) -> Array:
     """Return the band of K at a state, with the loads at a factor; the held unknowns are still in it."""
     row = system.drive([0.0], 0.0)[0]
     row[rod_motion.FACTOR] = factor
-    rest = np.zeros_like(system.body.mass)
+    rest, rod = np.zeros_like(system.body.mass), system.body.rod
+    size = np.linalg.norm(np.diff(state.x.reshape(-1, 3), axis=0), axis=1)
+    system.space.expected[:] = rod.EA * (size / rod.l - 1.0)
     rod_motion.forces(state, state, rest, 0.0, system.body, row, False, True, system.space)
     return system.space.lower.copy()
 

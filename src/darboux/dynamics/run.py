@@ -55,11 +55,11 @@ class Run:
 
     def kept(self) -> tuple[Array, ...]:
         """Return copies of all that a step changes."""
-        parts = (*self.state, self.V, self.A, self.tally, self.body.rod.T)
+        parts = (*self.state, self.V, self.A, self.tally, self.body.rod.T, self.system.space.expected)
         return tuple(part.copy() for part in parts)
 
     def put_back(self, kept: tuple[Array, ...]) -> None:
         """Undo steps since `kept`."""
-        parts = (*self.state, self.V, self.A, self.tally, self.body.rod.T)
+        parts = (*self.state, self.V, self.A, self.tally, self.body.rod.T, self.system.space.expected)
         for part, before in zip(parts, kept, strict=True):
             part[:] = before

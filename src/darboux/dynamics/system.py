@@ -359,7 +359,7 @@ def new_space(N: int) -> Space:
     """Return room for a step of N edges."""
     n = 4 * N + 3
     work, lower = np.zeros(discrete_rod.WORK + 6), np.zeros(LOWER * n)
-    return Space(np.zeros(n), np.zeros(n), np.zeros(n), lower, work, new_state(N), np.zeros(12), np.zeros(2))
+    return Space(np.zeros(n), np.zeros(n), np.zeros(n), lower, work, new_state(N), np.zeros(N), np.zeros(12), np.zeros(2))
 
 
 def frames_along(t: Array) -> Array:

@@ -79,7 +79,7 @@ NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, ROW = 34, 40, 46, 52
 DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
 
 MOST_ITERATIONS = 25
-TOLERANCE = 1e-11  # of Newton's last change, as a turn in rad; what is left is its square or a small part of it
+TOLERANCE = 1e-10  # of Newton's last change, as a turn in rad; what is left is its square or a small part of it
 FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
 LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
 STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
@@ -116,6 +116,7 @@ class Space(NamedTuple):
     lower: Array  # (11 (4 N + 3))
     work: Array  # of a spring
     later: State  # at the end of a midpoint step
+    expected: Array  # (N) tension of the edges by which Newton's matrix is made: what the last iteration expects
     reaction: Array  # (12) force and moment of the support at the start, then at the end
     power: Array  # (2) dissipated, of the loads
 
@@ -124,14 +125,16 @@ class Space(NamedTuple):
 
 
 @inline
-def add_tension(e: Vector, s: float, r: float, j: int, hessian: bool, residual: Array, lower: Array) -> None:
-    """The force s e pulls the ends of edge j together; its derivative is s I + r t t^T."""
+def add_tension(e: Vector, s: float, j: int, residual: Array) -> None:
+    """The force s e pulls the ends of edge j together."""
+    add(residual, 4 * j - 4, scaled(-s, e))
+    add(residual, 4 * j, scaled(s, e))
+
+
+@inline
+def add_tension_hessian(t: Vector, s: float, r: float, j: int, lower: Array) -> None:
+    """s I + r t t^T by the edge vector of edge j."""
     o = 4 * j
-    add(residual, o - 4, scaled(-s, e))
-    add(residual, o, scaled(s, e))
-    if not hessian:
-        return
-    t = unit(e)
     add_symmetric(lower, o - 4, s, t, r)
     add_symmetric(lower, o, s, t, r)
     for p in range(3):
@@ -143,7 +146,7 @@ def add_tension(e: Vector, s: float, r: float, j: int, hessian: bool, residual: 
 @inline
 def stretching(
     old: State, now: State, V: Array, rate: float, body: Body, j: int, ends: bool, hessian: bool, residual: Array,
-    lower: Array,
+    lower: Array, expected: Array,
 ) -> float:  # fmt: skip
     """Tension of edge j, elastic and viscous; returns the power it dissipates."""
     l, EA, viscous = body.rod.l[j - 1], body.rod.EA[j - 1], body.viscous_stretch[j - 1]
@@ -154,14 +157,19 @@ def stretching(
         e1 = mix(2.0, e, -1.0, e0)
         size0, size1 = math.sqrt(dot(e0, e0)), math.sqrt(dot(e1, e1))
         mean, eps_rate = 0.5 * (size0 + size1), 0.5 * rate * (size1 - size0) / l
-        eps, EA = (size1 / l - 1.0, 2.0 * EA) if body.inextensible else (mean / l - 1.0, EA)
-        tension = (0.5 * EA if body.inextensible else EA) * eps + body.rod.T[j - 1] + viscous * eps_rate
+        eps = size1 / l - 1.0 if body.inextensible else mean / l - 1.0
+        tension = EA * eps + body.rod.T[j - 1] + viscous * eps_rate
+        EA *= 2.0 if body.inextensible else 1.0
     else:
         de = minus(vector(V, 4 * j), vector(V, 4 * j - 4))
         mean, eps_rate = size, dot(e, de) / (size * l)
         tension = EA * (size / l - 1.0) + body.rod.T[j - 1] + viscous * eps_rate
-    s = tension / mean
-    add_tension(e, s, (EA + viscous * rate) / l - s, j, hessian, residual, lower)
+    add_tension(e, tension / mean, j, residual)
+    if hessian:
+        s = expected[j - 1] / mean
+        EA += viscous * rate
+        add_tension_hessian(unit(e), s, EA / l - s, j, lower)
+        expected[j - 1] = tension  # `renew_tension` adds what the change on its way makes of it
     power: float = viscous * eps_rate * eps_rate * l
     return power
 
@@ -319,7 +327,7 @@ def forces(
     old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
 ) -> None:
     """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
-    _, _, residual, lower, work, later, reaction, power = space
+    _, _, residual, lower, work, later, expected, reaction, power = space
     rod = body.rod
     edges = rod.l.size
     residual[:] = 0.0
@@ -332,7 +340,7 @@ def forces(
     dragged = body.drag[0] + body.drag[1] + body.drag[2] + body.drag[3] > 0.0
     for i in range(edges + 1):
         if i > 0:
-            power[0] += stretching(old, now, V, rate, body, i, ends, hessian, residual, lower)
+            power[0] += stretching(old, now, V, rate, body, i, ends, hessian, residual, lower, expected)
             t, r = vector(now.t, 3 * i), 1.0 / length(now.x, i, edges)
             couple = scaled(row[FACTOR], vector(body.couples, 3 * i - 3))
             if dot(couple, couple) > 0.0:
@@ -454,15 +462,20 @@ def to_velocity(old: State, now: State, rate: float, change: Array, V: Array) ->
 
 
 @inline
-def renew_tension(old: State, now: State, change: Array, body: Body) -> None:
-    """T += EA eps_1 of an inextensible rod, with the change that is on its way: what the penalty carried."""
-    for j in range(1, body.rod.l.size + 1):
-        e, e0 = edge(now.x, j), edge(old.x, j)
-        e1 = mix(2.0, e, -1.0, e0)
+def renew_tension(now: State, change: Array, rate: float, body: Body, expected: Array) -> None:
+    """What the change on its way makes of the tension, to first order; for an inextensible rod that is its multiplier.
+
+    Newton's matrix takes the tension from here and not from the edges' lengths: a stiff edge that turns is far too long
+    before the last iteration (D. Magisano, L. Leonetti, G. Garcea, Comput. Methods Appl. Mech. Eng. 313 (2017) 265).
+    """
+    for j in range(1, expected.size + 1):
+        e = edge(now.x, j)
         de = minus(vector(change, 4 * j), vector(change, 4 * j - 4))
-        size = math.sqrt(dot(e1, e1))
-        eps = (size + 2.0 * dot(e, de) / math.sqrt(dot(e, e))) / body.rod.l[j - 1] - 1.0
-        body.rod.T[j - 1] += body.rod.EA[j - 1] * eps
+        EA = body.rod.EA[j - 1] * (2.0 if body.inextensible else 1.0)
+        stiff = EA + rate * body.viscous_stretch[j - 1]
+        expected[j - 1] += stiff * dot(unit(e), de) / body.rod.l[j - 1]
+        if body.inextensible:
+            body.rod.T[j - 1] = expected[j - 1]
 
 
 @inline
@@ -485,7 +498,7 @@ def stage(
     old: State, start: Array, tau: float, V: Array, body: Body, row: Array, ends: bool, space: Space, now: State
 ) -> int:
     """Solve eq. (1) from a guess of V, which it replaces; `now` is where the rod then is. Return the iterations, or -1."""
-    base, step, residual, lower, _, later, reaction, _ = space
+    base, step, residual, lower, _, later, expected, reaction, _ = space
     rate, n = 1.0 / tau, V.size
     last = np.inf
     if body.inextensible:
@@ -510,8 +523,7 @@ def stage(
         size = largest_turn(body.rod.l, residual)
         if not size < LARGEST_TURN:
             return -1
-        if body.inextensible:
-            renew_tension(old, now, residual, body)
+        renew_tension(now, residual, rate, body, expected)
         to_velocity(old, now, rate, residual, V)
         if size <= TOLERANCE or (size <= FLOOR and size > 0.5 * last):
             place(old, base, tau, V, row, body, step, now)
