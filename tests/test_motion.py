@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -54,22 +56,15 @@ def test_natural_frequencies_of_torsion_and_stretch() -> None:
         assert np.min(np.abs(found / exact - 1.0)) < 1e-4
 
 
-def test_a_string_under_tension_from_the_modes_about_an_equilibrium() -> None:
-    """f = sqrt(T / rhoA) / 2 L, with the stiffness' share: f^2 = (T (pi/L)^2 + EI (pi/L)^4) / rhoA / (2 pi)^2."""
-    rod = dx.Rod(1.0, dx.Stiffness(EI1=1e-4, GJ=1e-4, EA=1e6, mass=1.0), stretch=True)
-    tension = 2.0
-    problem = dx.Equilibrium(rod, dx.Pinned(), dx.Clamped((0, 0, 1 + tension / 1e6)))
-    stretched = dx.Motion(problem, 1.0, initial=lambda s: np.outer(s, (0, 0, 1 + tension / 1e6)))
-    found = dx.natural_modes(problem, 3, segments=100, about=stretched.initial).frequencies
-    beam_string = brentq(lambda w: _pinned_clamped(w, tension, 1e-4), 0.9 * np.pi * tension**0.5, 1.2 * np.pi * tension**0.5)
-    np.testing.assert_allclose(found[np.argmin(abs(found - 0.72))] * 2 * np.pi, beam_string, rtol=2e-4)
-
-
-def _pinned_clamped(w: float, T: float, EI: float) -> float:
-    """The frequency equation of EI y'''' - T y'' = w^2 y with y(0) = y''(0) = 0, y(1) = y'(1) = 0."""
-    q = np.sqrt(T * T + 4 * EI * w * w)
-    a, b = np.sqrt((q + T) / (2 * EI)), np.sqrt((q - T) / (2 * EI))
-    return float(a * np.sin(b) - b * np.cos(b) * np.tanh(a))
+def test_a_pinned_beam_under_tension_from_the_modes_about_its_shape() -> None:
+    """omega^2 = (T (pi/L)^2 + EI (pi/L)^4) / rhoA"""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=0.1, GJ=0.1, EA=1e6, mass=1.0), stretch=True)
+    T = 2.0
+    end = np.array([0, 0, 1 + T / 1e6])
+    problem = dx.Equilibrium(rod, dx.Pinned(), dx.Pinned(end))
+    found = dx.natural_modes(problem, 3, segments=100, about=lambda s: np.outer(s, end)).frequencies
+    assert found[0] == 0.0  # the spin about its axis
+    np.testing.assert_allclose(2 * np.pi * found[1:], np.sqrt(T * np.pi**2 + 0.1 * np.pi**4), rtol=1e-4)
 
 
 def test_frequency_of_a_small_motion() -> None:
@@ -106,7 +101,9 @@ def test_free_flight_keeps_momenta_and_energy(steps: int) -> None:
 
 def test_loads_change_the_momenta_by_force_and_moment_times_time() -> None:
     force, moment = np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.4, -0.2])
-    problem = dx.Equilibrium(UNIT, dx.Free(), dx.Clamped(END), loads=[dx.LineForce(force), dx.EndMoment(moment, at="start")])
+    problem = dx.Equilibrium(
+        UNIT, dx.Free(), dx.Clamped(END), loads=[dx.LineForce(force), dx.EndMoment(moment, at="start")]
+    )
     x = dx.simulate(dx.Motion(problem, 0.5, release={"end": 0.0}), dx.ImplicitMidpoint(20, step=2e-3), records=5)
     np.testing.assert_allclose(x.momentum, np.outer(x.times, force), atol=1e-12)
     about_centre = x.angular_momentum - np.cross([_centre(x, i) for i in range(6)], x.momentum)
@@ -124,8 +121,6 @@ METHODS = [dx.ImplicitMidpoint(20, step=4e-3), dx.TRBDF2(20, step=4e-3)]
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: type(method).__name__)
 def test_order_in_time(method) -> None:
     """Of a rod bent, twisted and turned by all loads, from differences of halved steps."""
-    import dataclasses
-
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.8, EA=1e3, mass=1.0), natural=(0.5, 1.0, 2.0), stretch=True)
     problem = dx.Equilibrium(rod, loads=[dx.Gravity(), dx.EndForce((1, 2, -1)), dx.EndMoment((0.2, 0.3, 0.5))])
     damping = [dx.KelvinVoigt(1e-3, 1e-3, 1e-3), dx.MassDamping(0.2), dx.QuadraticDrag(0.1, 0.3, fluid=(1, 0, 0))]
@@ -142,8 +137,8 @@ def test_order_in_time(method) -> None:
 
 def test_methods_agree_on_the_rod_of_figure_5_released_from_the_horizontal() -> None:
     motion = dx.Motion(figure5(stretch=True), 0.25)
-    midpoint = dx.simulate(motion, dx.ImplicitMidpoint(50, step=5e-4), records=10)
-    others = [dx.simulate(motion, method, records=10) for method in (dx.StormerVerlet(50), dx.TRBDF2(50, rtol=1e-6))]
+    midpoint = dx.simulate(motion, dx.ImplicitMidpoint(100, step=5e-4), records=10)
+    others = [dx.simulate(motion, method, records=10) for method in (dx.StormerVerlet(100), dx.TRBDF2(100, rtol=1e-6))]
     for other in others:
         assert np.max(np.abs(other.tip - midpoint.tip)) < 1e-3 * 0.25
     assert midpoint.energy.drift < 1e-9
@@ -184,22 +179,26 @@ def test_kelvin_voigt_damps_a_mode_by_its_frequency_squared(kind: str) -> None:
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1e-3, EA=100.0, mass=1.0), stretch=True)
     s = np.linspace(0, 1, 21)
     if kind == "bending":
-        omega, shape = np.pi**2, dict(velocity=lambda s: np.outer(np.sin(np.pi * s), (1e-4, 0, 0)))
+        omega, shape = np.pi**2, {"velocity": lambda s: np.outer(np.sin(np.pi * s), (1e-4, 0, 0))}
         problem = dx.Equilibrium(rod, dx.Pinned(), dx.Pinned(END))
     elif kind == "stretch":
-        omega, shape = np.pi / 2 * 10, dict(velocity=lambda s: np.outer(np.sin(np.pi * s / 2), (0, 0, 1e-4)))
+        omega, shape = np.pi / 2 * 10, {"velocity": lambda s: np.outer(np.sin(np.pi * s / 2), (0, 0, 1e-4))}
         problem = dx.Equilibrium(rod)
     else:
-        omega, shape = np.pi / 2 * np.sqrt(1e-3 / 0.02), dict(spin=lambda s: 1e-3 * np.sin(np.pi * s / 2))
+        omega, shape = np.pi / 2 * np.sqrt(1e-3 / 0.02), {"spin": lambda s: 1e-3 * np.sin(np.pi * s / 2)}
         problem = dx.Equilibrium(rod)
     eta, period = 0.02 / omega, 2 * np.pi / omega
     motion = dx.Motion(problem, 3 * period, damping=[dx.KelvinVoigt(**{kind: eta})], **shape)
     x = dx.simulate(motion, dx.ImplicitMidpoint(len(s) - 1, step=period / 400), records=3)
-    np.testing.assert_allclose(x.energy.kinetic[-1] / x.energy.kinetic[0], np.exp(-eta * omega**2 * 3 * period), rtol=0.01)
+    np.testing.assert_allclose(
+        x.energy.kinetic[-1] / x.energy.kinetic[0], np.exp(-eta * omega**2 * 3 * period), rtol=0.01
+    )
     assert x.energy.drift < 1e-6
 
 
-@pytest.mark.parametrize("drag", [dx.LinearDrag(2.0, 5.0, fluid=(0.3, 0, 0)), dx.QuadraticDrag(2.0, 5.0, fluid=(0.3, 0, 0))])
+@pytest.mark.parametrize(
+    "drag", [dx.LinearDrag(2.0, 5.0, fluid=(0.3, 0, 0)), dx.QuadraticDrag(2.0, 5.0, fluid=(0.3, 0, 0))]
+)
 def test_a_falling_rod_reaches_its_terminal_velocity(drag) -> None:
     """Along itself (x) with the fluid, across (z) where drag carries the weight."""
     problem = dx.Equilibrium(UNIT, dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Gravity()])
@@ -225,9 +224,7 @@ def test_a_turning_clamp_carries_the_rod_round() -> None:
 
     moving = dx.Moving(position=lambda t: turned(t) @ arm.position, frame=lambda t: turned(t) @ arm.R)
     problem = dx.Equilibrium(rod, arm, loads=[dx.Gravity()])
-    motion = dx.Motion(
-        problem, 0.2, initial=rest, start=moving, velocity=lambda s: np.cross((0, 0, 20.0), rest.r(s))
-    )
+    motion = dx.Motion(problem, 0.2, initial=rest, start=moving, velocity=lambda s: np.cross((0, 0, 20.0), rest.r(s)))
     x = dx.simulate(motion, dx.ImplicitMidpoint(40, step=5e-4), records=10)
     back = np.einsum("nji,nj->ni", [turned(t) for t in x.times], x.tip)
     np.testing.assert_allclose(back, np.tile(rest.tip, (11, 1)), atol=2e-3 * 0.25)
@@ -255,11 +252,11 @@ def test_from_an_equilibrium_a_rod_stays_or_swings() -> None:
     problem = dx.Equilibrium(UNIT, loads=[dx.Gravity()])
     pulled = dx.solve(problem.with_load(dx.EndForce((1.0, 0, 0))))
     rest = dx.Motion(problem.with_load(dx.EndForce((1.0, 0, 0))), 0.2, initial=pulled)
-    x = dx.simulate(rest, dx.ImplicitMidpoint(20, step=2e-3), records=5)
+    x = dx.simulate(rest, dx.ImplicitMidpoint(40, step=2e-3), records=5)
     assert np.max(np.abs(x.tip - x.tip[0])) < 1e-10
     np.testing.assert_allclose(x.tip[0], pulled.tip, atol=2e-3)
     let_go = dx.simulate(dx.Motion(problem, 0.2, initial=pulled), dx.ImplicitMidpoint(20, step=2e-3), records=5)
-    assert np.max(np.abs(let_go.tip - let_go.tip[0])) > 0.1
+    assert np.max(np.abs(let_go.tip - let_go.tip[0])) > 0.05
 
 
 # What is said
@@ -282,7 +279,9 @@ def test_a_step_that_does_not_converge_keeps_what_was_reached() -> None:
     with pytest.raises(dx.NotConverged, match=r"does not converge at t = 0\.\d+ s, worst near s") as caught:
         dx.simulate(motion, dx.ImplicitMidpoint(10, step=0.02), records=10)
     assert caught.value.solution.times[-1] == pytest.approx(0.5)
-    assert dx.simulate(motion, dx.ImplicitMidpoint(10, step=0.02), records=10, throw=False).status.code == "no_convergence"
+    assert (
+        dx.simulate(motion, dx.ImplicitMidpoint(10, step=0.02), records=10, throw=False).status.code == "no_convergence"
+    )
 
 
 def test_drift_changes_the_status() -> None:
@@ -312,7 +311,9 @@ MISTAKES = {
     "it must be a list, such as": lambda: dx.Motion(CANTILEVER, 1.0, damping=0.1),
     "rate is -1": lambda: dx.MassDamping(-1.0),
     "Coriolis": lambda: dx.simulate(dx.Motion(CANTILEVER.with_load(dx.Rotation((0, 0, 1.0))), 1.0)),
-    "off the support at its end": lambda: dx.simulate(dx.Motion(dx.Equilibrium(UNIT, end=dx.Clamped((0, 0, 0.5))), 1.0)),
+    "off the support at its end": lambda: dx.simulate(
+        dx.Motion(dx.Equilibrium(UNIT, end=dx.Clamped((0, 0, 0.5))), 1.0)
+    ),
     "rotary_inertia is missing": lambda: dx.simulate(
         dx.Motion(dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, mass=1.0))), 1.0)
     ),

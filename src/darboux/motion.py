@@ -253,14 +253,14 @@ class Motion:
         moving = getattr(self, at)
         if moving is None or moving.position is None:
             return np.array(getattr(self.problem, at).position)
-        return _at_time(f"motion.{at}.position", moving.position, t, lambda name, v: checks.array(name, v, (3,), "m"))
+        return _vector_at(f"motion.{at}.position", moving.position, t, "m")
 
     def frame(self, at: str, t: float) -> Array:
         """Return the orientation of the support ``at`` at the time t: (3, 3)."""
         moving = getattr(self, at)
         if moving is None or moving.frame is None:
             return np.asarray(getattr(self.problem, at).R)
-        return _at_time(f"motion.{at}.frame", moving.frame, t, checks.rotation)
+        return np.asarray(_at_time(f"motion.{at}.frame", moving.frame, t, checks.rotation))
 
     def factor(self, t: float) -> float:
         """Return the factor of all loads at the time t."""
@@ -278,7 +278,7 @@ class Motion:
             if isinstance(part, _Drag):
                 if not callable(part.fluid):
                     return np.array(part.fluid)
-                return _at_time("drag.fluid", part.fluid, t, lambda name, v: checks.array(name, v, (3,), "m/s"))
+                return _vector_at("drag.fluid", part.fluid, t, "m/s")
         return np.zeros(3)
 
     @property
@@ -296,6 +296,10 @@ class Motion:
         """Return whether the support ``at`` still holds the end just after the time t."""
         released = any(end == at and time <= t for end, time in self.release)
         return getattr(self.problem, at).holds and not released
+
+
+def _vector_at(field: str, function: Callable[[float], Any], t: float, unit: str) -> Array:
+    return np.asarray(_at_time(field, function, t, lambda name, value: checks.array(name, value, (3,), unit)))
 
 
 def _at_time(field: str, function: Callable[[float], Any], t: float, check: Callable[[str, Any], Any]) -> Any:

@@ -58,8 +58,10 @@ class MotionEnergy:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The rod at one time: ``s`` (N + 1,) and the vertices' ``r`` in m and ``velocity`` in m/s, (N + 1, 3); the edges'
-    frames ``R`` (N, 3, 3), at the middles between the vertices, and ``spin`` (N,) about their tangents in rad/s.
+    """The rod at one time.
+
+    ``s`` (N + 1,) and the vertices' ``r`` in m and ``velocity`` in m/s, (N + 1, 3); the edges' frames ``R`` (N, 3, 3), at the
+    middles between the vertices, and ``spin`` (N,) about their tangents in rad/s.
     """
 
     t: float
@@ -72,8 +74,9 @@ class Snapshot:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """The answer of ``simulate``: ``times`` (n,) in s; vertices ``positions`` (n, N + 1, 3) in m and ``velocities`` in m/s;
-    edges' first ``directors`` (n, N, 3) and ``spins`` (n, N) in rad/s; ``energy``; ``momentum`` in kg m/s and
+    """The answer of ``simulate``.
+
+    ``times`` (n,) in s; vertices' arc lengths ``s``, ``positions`` (n, N + 1, 3) in m and ``velocities`` in m/s; edges' first ``directors`` (n, N, 3) and ``spins`` (n, N) in rad/s; ``energy``; ``momentum`` in kg m/s and
     ``angular_momentum`` about the origin in kg m^2/s, (n, 3). ``status`` says how the run ended; ``statistics`` counts.
 
     Code of the status: "converged"; "drift" where the balance of energy drifts by more than the tolerance;

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from darboux import checks
 from darboux.checks import checked_call
-from darboux.dynamics.system import System
+from darboux.dynamics.system import System, beyond
 from darboux.errors import InvalidInput
 from darboux.kernels import band, rod_motion
 from darboux.kernels.band import LOWER
@@ -30,8 +30,10 @@ SHIFT = (
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """Natural vibrations: ``frequencies`` (k,) in Hz, ascending, rigid motions with 0; ``shapes`` (k, N + 1, 3), the
-    vertices' displacements, and ``turns`` (k, N), the edges' turns about the tangent, of unit kinetic energy's scale.
+    """Natural vibrations.
+
+    ``frequencies`` (k,) in Hz, ascending, rigid motions with 0, unstable directions negative; ``shapes`` (k, N + 1, 3), the
+    vertices' displacements, and ``turns`` (k, N), the edges' turns about the tangent, of any one scale.
     """
 
     frequencies: Array
@@ -54,6 +56,9 @@ def natural_modes(
     checks.instance("natural_modes.problem", problem, Equilibrium, "an Equilibrium")
     count = checks.whole("natural_modes.count", count, 1)
     system = System(Motion(problem, 1.0, initial=about, **motion), checks.whole("natural_modes.segments", segments, 2))
+    refusal = beyond(problem)
+    if refusal:
+        raise InvalidInput(refusal)
     state, _ = system.start()
     if system.inextensible:
         system.EA = np.full(system.segments, RIGID)
@@ -90,8 +95,8 @@ def natural_modes(
     omega[np.abs(omega2) < SHIFT] = 0.0
     packed = np.zeros((count, n + 1))
     packed[:, :-1][:, free] = vectors[:, order].T
-    packed = packed.reshape(count, -1, 4)
-    return Modes(omega / (2.0 * np.pi * system.units.time), packed[:, :, :3], packed[:, :-1, 3])
+    moves = packed.reshape(count, -1, 4)
+    return Modes(omega / (2.0 * np.pi * system.units.time), moves[:, :, :3], moves[:, :-1, 3])
 
 
 def mass_band(system: System, state: State) -> Array:

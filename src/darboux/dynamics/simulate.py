@@ -14,7 +14,7 @@ from darboux import checks
 from darboux.checks import checked_call
 from darboux.dynamics.implicit_midpoint import ImplicitMidpoint
 from darboux.dynamics.run import Run
-from darboux.dynamics.system import System
+from darboux.dynamics.system import System, refuses
 from darboux.errors import InvalidInput
 from darboux.motion import Motion
 from darboux.solution import Status
@@ -61,6 +61,9 @@ def simulate(
         )
     records = checks.whole("simulate.records", records, 1)
     drift = checks.positive("simulate.drift", drift)
+    refusal = refuses(motion)
+    if refusal:
+        raise InvalidInput(refusal)
     system = System(motion, method.segments, spread=method.spread)
     run: Run = method.begin(system)
     recorder = _Recorder(system, records)

@@ -46,9 +46,6 @@ class System:
     """
 
     def __init__(self, motion: Motion, segments: int, spread: bool = True) -> None:
-        refusal = refuses(motion)
-        if refusal:
-            raise InvalidInput(refusal)
         self.motion, self.segments, self.spread = motion, segments, spread
         problem = motion.problem
         self.scale = Scale.of(problem)
@@ -106,7 +103,8 @@ class System:
             raise InvalidInput(
                 "motion.rotary_inertia is missing, and section.EA too, from which it would follow; give one of them."
             )
-        return np.asarray(c.mass * (c.EI1 + c.EI2) / c.EA)
+        mass = self.motion.problem.rod.mass(s, "Motion")
+        return np.asarray(mass * (c.EI1 + c.EI2) / c.EA)
 
     def _brake(self) -> None:
         units = self.units
@@ -185,7 +183,7 @@ class System:
         L, middle = self.units.length, 0.5 * (self.nodes[:-1] + self.nodes[1:])
         r = (solution.r(self.nodes * L) - self.units.origin) / L
         state = self._state(self._of_directions(r, solution.v(middle * L)[:, 2]), solution.R(middle * L)[:, :, 0], None)
-        if self.inextensible:
+        if self.inextensible or beyond(solution.problem):
             return state
         other = System(Motion(solution.problem, 1.0), self.segments)
         now, V = new_state(self.segments), np.zeros(4 * self.segments + 3)
@@ -252,8 +250,8 @@ class System:
             support = getattr(self.motion.problem, at)
             if gap > GAP or (support.clamps and t[edge] @ t[ghost] < 0.0):
                 raise InvalidInput(
-                    f"the rod begins {gap * self.units.length:.3g} m off the support at its {at}, or turned away from it; lay it there: "
-                    "initial=solve(problem), or a function of s."
+                    f"the rod begins {gap * self.units.length:.3g} m off the support at its {at}, or turned away from it; lay it "
+                    "there: initial=solve(problem), or a function of s."
                 )
 
     def _velocities(self, state: State) -> Array:
@@ -327,7 +325,16 @@ class System:
 
 def refuses(motion: Motion) -> str | None:
     """Return why this motion can't be stated, in one sentence, or None."""
-    problem = motion.problem
+    if any(isinstance(load, Rotation) for load in motion.problem.loads):
+        return (
+            "Rotation is the centrifugal force in a turning frame, to which Coriolis' force belongs in motion; turn the clamp "
+            "instead: start=Moving(frame=...)."
+        )
+    return beyond(motion.problem)
+
+
+def beyond(problem: Equilibrium) -> str | None:
+    """Return why the discrete rod here can't state a problem, or None."""
     if problem.rod.shear:
         return "motion states rods that do not shear, but rod.shear is True; set shear=False."
     for at in ENDS:
@@ -341,11 +348,9 @@ def refuses(motion: Motion) -> str | None:
             return f"a load on the {at} turns with the section (follower=True); motion states dead loads on the ends."
     loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
     if np.any(loads.b) or np.any(loads.lb) or problem.of_shape or problem.points:
-        return "motion states dead loads along the rod and on its ends, but a load turns with the section, acts at a point or is a function of the shape."
-    if any(isinstance(load, Rotation) for load in problem.loads):
         return (
-            "Rotation is the centrifugal force in a turning frame, to which Coriolis' force belongs in motion; turn the clamp "
-            "instead: start=Moving(frame=...)."
+            "motion states dead loads along the rod and on its ends, but a load turns with the section, acts at a point or is a "
+            "function of the shape."
         )
     return None
 
@@ -359,7 +364,9 @@ def new_space(N: int) -> Space:
     """Return room for a step of N edges."""
     n = 4 * N + 3
     work, lower = np.zeros(discrete_rod.WORK + 6), np.zeros(LOWER * n)
-    return Space(np.zeros(n), np.zeros(n), np.zeros(n), lower, work, new_state(N), np.zeros(N), np.zeros(12), np.zeros(2))
+    return Space(
+        np.zeros(n), np.zeros(n), np.zeros(n), lower, work, new_state(N), np.zeros(N), np.zeros(12), np.zeros(2)
+    )
 
 
 def frames_along(t: Array) -> Array:

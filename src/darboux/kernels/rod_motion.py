@@ -1,12 +1,13 @@
 """Discrete elastic rods in motion, in units that the caller made dimensionless; see discrete_rod.py for the rod itself.
 
-Vertices carry masses, edges a rotary inertia J about their tangent. Mass that is spread along the edges has the kinetic energy
+Vertices carry masses, edges a rotary inertia J about their tangent. Mass that is spread along the edges has the kinetic
+energy
 
     1/2 sum_i m_i |v_i|^2 - 1/2 sum_j c_j |e_j'|^2,     c_j = (mass of edge j) / 6
 
-which takes the error of order h^2 off the frequencies of bending (that of the curvature is as large, with the other sign). The velocities are packed like the unknowns, V = v_0,
-omega_1, v_1, omega_2, ..., v_N, with omega the spin about the tangent. With G the gradient of the energy, less the other
-loads, and the damping's forces added,
+which takes the error of order h^2 off the frequencies of bending (that of the curvature is as large, with the other
+sign). The velocities are packed like the unknowns, V = v_0, omega_1, v_1, omega_2, ..., v_N, with omega the spin about
+the tangent. With G the gradient of the energy, less the other loads, and the damping's forces added,
 
     m_i v_i' + G_i = 0,     (J omega t)_j' + couple of G on edge j = 0
 
@@ -23,8 +24,13 @@ V_0, after which V_1 = 2 V - V_0 and q_1 = q_0 + h V. Its stretching and its spi
     (J omega t)'  =  J (omega_1 t_1 - omega_0 t_0) / h                                                              (3)
 
 with e the midpoint's edge: the tension then works exactly what the stretching energy changes by, however fast a stiff
-edge turns, and the sum of the momenta of rotation is exactly kept (J. C. Simo, N. Tarnow, Z. angew. Math. Phys. 43 (1992)
-757). An inextensible rod has a multiplier T in the place of (2), with eps_1 = 0, by an augmented Lagrangian.
+edge turns, and angular momentum is exactly kept (J. C. Simo, N. Tarnow, Z. angew. Math. Phys. 43 (1992) 757). A spring's
+moments mu, at the midpoint, are corrected along the change of its strains dk = grad kappa . h V, so that they too work what
+its energy changes by (O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449, in the strains, which rotations leave alone):
+
+    mu -> mu + (E_1 - E_0 - mu.dk) / (dk.B dk) B dk                                                                 (4)
+
+An inextensible rod has a multiplier T in the place of (2), with eps_1 = 0, by an augmented Lagrangian.
 
 Source of TR-BDF2: R. E. Bank et al., IEEE Trans. Computer-Aided Design 4 (1985) 436; its error estimate: M. E. Hosea,
 L. F. Shampine, Appl. Numer. Math. 20 (1996) 21, eq. (14).
@@ -355,7 +361,9 @@ def forces(
                     power[0] += lost
                     power[1] += given
         if rod.first <= i < rod.stop:
-            power[0] += spring(old, now, later, ends, V, rate, body, row, i, hessian, residual, lower, work, stiffness, reaction)
+            power[0] += spring(
+                old, now, later, ends, V, rate, body, row, i, hessian, residual, lower, work, stiffness, reaction
+            )
         power[1] += add_load(now.x, V, body, row, i, hessian, residual, lower)
     if body.slowness > 0.0:
         power[0] += slow(V, rate, body, hessian, residual, lower)
@@ -525,7 +533,7 @@ def stage(
             return -1
         renew_tension(now, residual, rate, body, expected)
         to_velocity(old, now, rate, residual, V)
-        if size <= TOLERANCE or (size <= FLOOR and size > 0.5 * last):
+        if iteration > 1 and (size <= TOLERANCE or (size <= FLOOR and size > 0.5 * last)):
             place(old, base, tau, V, row, body, step, now)
             return iteration
         last = size
