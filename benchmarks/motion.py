@@ -3,8 +3,8 @@
 - Released: the rod of the paper's figure 5 with stretch, 50 segments, let go from the horizontal, 1 s, undamped.
   PyElastica steps by `PositionVerlet` with 5e-5 s, near its largest stable step. Both are held against the converged
   motion, ours with 400 segments and a step of 2.5e-5 s; the error is the root mean square of the tip's, over L, up to 0.75
-  s: after that the whip's crack multiplies every difference a thousandfold. Our step is the largest of a list whose error
-  is no larger than PyElastica's.
+  s: after that the whip's crack multiplies every difference a thousandfold. Our step is the one
+  of a list that takes the least time at an error no larger than PyElastica's.
 - Struck: a steel rod (L 1 m, radius 5 mm, E 210 GPa, 7850 kg/m^3), 50 segments, clamped, with a force at its end that
   is there all at once, 1 s. The first mode of a beam says q = q_static (1 - cos omega t); the error is the largest of
   the rod's projection on that mode, over its amplitude 2 q_static, and our step is chosen to keep it below 1 %.
@@ -58,11 +58,12 @@ def _released(rounds: int) -> Row:
         return float(np.sqrt(np.mean(gaps**2)))
 
     theirs = error(_pyelastica_tips())
+    tried = []
     for step in RELEASED_STEPS:
-        method = dx.ImplicitMidpoint(SEGMENTS, step=step)
-        ours = error(dx.simulate(motion, method, throw=False).tip)
-        if ours <= theirs:
-            break
+        run = dx.simulate(motion, dx.ImplicitMidpoint(SEGMENTS, step=step), throw=False)
+        tried.append((run.statistics["newton_iterations"] if error(run.tip) <= theirs else np.inf, error(run.tip), step))
+    _, ours, step = min(tried)
+    method = dx.ImplicitMidpoint(SEGMENTS, step=step)
     steps = round(1.0 / RELEASED_DT)
     a, b = [], []
     for _ in range(rounds):
@@ -186,7 +187,9 @@ def _costs(rounds: int) -> Iterator[Row]:
         method, steps = dx.ImplicitMidpoint(size, step=5e-4), max(20, 20_000 // size)
         motion = dx.Motion(problem, steps * 5e-4)
         done = dx.simulate(motion, method, records=1).statistics
-        times = [seconds(lambda motion=motion, method=method: dx.simulate(motion, method, records=1)) for _ in range(rounds)]
+        times = [
+            seconds(lambda motion=motion, method=method: dx.simulate(motion, method, records=1)) for _ in range(rounds)
+        ]
         costs[size] = 1e9 * np.array(times) / done["newton_iterations"] / size
         yield Row(
             name=f"motion.cost_{size}",

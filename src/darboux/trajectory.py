@@ -76,8 +76,9 @@ class Snapshot:
 class Trajectory:
     """The answer of ``simulate``.
 
-    ``times`` (n,) in s; vertices' arc lengths ``s``, ``positions`` (n, N + 1, 3) in m and ``velocities`` in m/s; edges' first ``directors`` (n, N, 3) and ``spins`` (n, N) in rad/s; ``energy``; ``momentum`` in kg m/s and
-    ``angular_momentum`` about the origin in kg m^2/s, (n, 3). ``status`` says how the run ended; ``statistics`` counts.
+    ``times`` (n,) in s; vertices' arc lengths ``s``, ``positions`` (n, N + 1, 3) in m and ``velocities`` in m/s; edges' first
+    ``directors`` (n, N, 3) and ``spins`` (n, N) in rad/s; ``energy``; ``momentum`` in kg m/s and ``angular_momentum`` about the
+    origin in kg m^2/s, (n, 3). ``status`` says how the run ended; ``statistics`` counts.
 
     Code of the status: "converged"; "drift" where the balance of energy drifts by more than the tolerance;
     "no_convergence", with what was reached; "stopped" where the user stopped it.

@@ -53,6 +53,7 @@ class _Steps(Run):
         super().__init__(system)
         self.step = step
         self._tried = step
+        self.halved = 0
 
     @property
     def smallest(self) -> float:
@@ -69,16 +70,20 @@ class _Steps(Run):
 
     def _chunk(self, t: float, n: int) -> bool:
         kept, start = self.kept(), self.t
-        for _ in range(MOST_HALVINGS + 1):
-            h = self._tried = (t - start) / n
+        self.halved = max(0, self.halved - 1)  # what did not converge a moment ago is not tried at full length at once
+        while True:
+            steps = n * 2**self.halved
+            h = self._tried = (t - start) / steps
+            drive = self.system.midpoint_drive(start, h, steps).ravel()
             done = rod_motion.midpoint_steps(
-                self.state, self.V, self.A, h / self.system.units.time, n, self.system.midpoint_drive(start, h, n).ravel(),
-                self.body, self.system.space, self.now, self.velocity, self.tally,
+                self.state, self.V, self.A, h / self.system.units.time, steps, drive, self.body, self.system.space,
+                self.now, self.velocity, self.tally,
             )  # fmt: skip
             if done >= 0:
-                self.t, self.steps, self.iterations = t, self.steps + n, self.iterations + done
+                self.t, self.steps, self.iterations = t, self.steps + steps, self.iterations + done
                 return True
             self.put_back(kept)
             self.halvings += 1
-            n *= 2
-        return False
+            self.halved += 1
+            if self.halved > MOST_HALVINGS:
+                return False

@@ -45,7 +45,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels import band
-from darboux.kernels.algebra import Vector, across, add, cross, dot, minus, mix, plus, scaled, symmetric_times, vector
+from darboux.kernels.algebra import (
+    Vector,
+    across,
+    add,
+    cross,
+    dot,
+    minus,
+    mix,
+    plus,
+    scaled,
+    store,
+    symmetric_times,
+    vector,
+)
 from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import (
     CHI,
@@ -86,6 +99,7 @@ DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
 
 MOST_ITERATIONS = 25
 TOLERANCE = 1e-10  # of Newton's last change, as a turn in rad; what is left is its square or a small part of it
+PATIENCE = 4  # iterations after which changes must shrink
 FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
 LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
 STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
@@ -151,30 +165,27 @@ def add_tension_hessian(t: Vector, s: float, r: float, j: int, lower: Array) -> 
 
 @inline
 def stretching(
-    old: State, now: State, V: Array, rate: float, body: Body, j: int, ends: bool, hessian: bool, residual: Array,
-    lower: Array, expected: Array,
+    x0: Array, x: Array, V: Array, rate: float, l: float, EA: float, T: float, viscous: float, inextensible: bool, j: int,
+    ends: bool, hessian: bool, residual: Array, lower: Array, expected: Array,
 ) -> float:  # fmt: skip
     """Tension of edge j, elastic and viscous; returns the power it dissipates."""
-    l, EA, viscous = body.rod.l[j - 1], body.rod.EA[j - 1], body.viscous_stretch[j - 1]
-    e = edge(now.x, j)
+    e = edge(x, j)
     size = math.sqrt(dot(e, e))
     if ends:  # eq. (2)
-        e0 = edge(old.x, j)
+        e0 = edge(x0, j)
         e1 = mix(2.0, e, -1.0, e0)
         size0, size1 = math.sqrt(dot(e0, e0)), math.sqrt(dot(e1, e1))
         mean, eps_rate = 0.5 * (size0 + size1), 0.5 * rate * (size1 - size0) / l
-        eps = size1 / l - 1.0 if body.inextensible else mean / l - 1.0
-        tension = EA * eps + body.rod.T[j - 1] + viscous * eps_rate
-        EA *= 2.0 if body.inextensible else 1.0
+        eps = (size1 if inextensible else mean) / l - 1.0
     else:
         de = minus(vector(V, 4 * j), vector(V, 4 * j - 4))
-        mean, eps_rate = size, dot(e, de) / (size * l)
-        tension = EA * (size / l - 1.0) + body.rod.T[j - 1] + viscous * eps_rate
+        mean, eps, eps_rate = size, size / l - 1.0, dot(e, de) / (size * l)
+    tension = EA * eps + T + viscous * eps_rate
     add_tension(e, tension / mean, j, residual)
     if hessian:
         s = expected[j - 1] / mean
-        EA += viscous * rate
-        add_tension_hessian(unit(e), s, EA / l - s, j, lower)
+        stiff = (2.0 * EA if inextensible else EA) + viscous * rate
+        add_tension_hessian(scaled(1.0 / size, e), s, stiff / l - s, j, lower)
         expected[j - 1] = tension  # `renew_tension` adds what the change on its way makes of it
     power: float = viscous * eps_rate * eps_rate * l
     return power
@@ -207,30 +218,28 @@ def rate_of_strain(work: Array, o: int, da: Vector, wa: float, db: Vector, wb: f
 
 
 @inline
-def exact_in_energy(rod: Elasticity, i: int, mu: Vector, before: Vector, after: Vector, dk: Vector) -> Vector:
-    """mu + c B dk, whose work on dk = grad kappa . h V is exactly what the energy of spring i changes by: eq. (4)."""
-    rest = vector(rod.kappa0, 3 * i)
+def exact_in_energy(B: Array, o: int, mu: Vector, rest: Vector, before: Vector, after: Vector, dk: Vector) -> Vector:
+    """mu + c B dk, whose work on dk = grad kappa . h V is exactly what the energy of the spring changes by: eq. (4)."""
     mean = minus(mix(0.5, before, 0.5, after), rest)
-    Bdk = symmetric_times(rod.B, 6 * i, dk)
+    Bdk, Bmean = symmetric_times(B, o, dk), symmetric_times(B, o, mean)
     size = dot(dk, Bdk)
-    stored = dot(mean, symmetric_times(rod.B, 6 * i, mean))
-    if size <= STILL * stored:
+    if size <= STILL * dot(mean, Bmean):
         return mu
-    c = (dot(mean, symmetric_times(rod.B, 6 * i, minus(after, before))) - dot(mu, dk)) / size
+    c = (dot(Bmean, minus(after, before)) - dot(mu, dk)) / size
     exact: Vector = mix(1.0, mu, c, Bdk)
     return exact
 
 
 @inline
 def spring(
-    old: State, now: State, later: State, ends: bool, V: Array, rate: float, body: Body, row: Array, i: int, hessian: bool, residual: Array, lower: Array,
-    work: Array, stiffness: Array, reaction: Array,
+    x: Array, t: Array, d1: Array, m: Array, t0: Array, d0: Array, later_t: Array, later_d: Array, ends: bool, V: Array,
+    rate: float, B: Array, kappa0: Array, viscous: Array, row: Array, i: int, hessian: bool, residual: Array,
+    lower: Array, work: Array, stiffness: Array, reaction: Array,
 ) -> float:  # fmt: skip
     """Bending and twist of vertex i, elastic and viscous; returns the power they dissipate."""
-    x, t, d1, m = now
     edges = x.size // 3 - 1
     o = 6 * i
-    k = strain(t, d1, m, i)
+    k, rest = strain(t, d1, m, i), vector(kappa0, 3 * i)
     a, a1, ra = vector(t, 3 * i), vector(d1, 3 * i), 1.0 / length(x, i, edges)
     b, b1, rb = vector(t, 3 * i + 3), vector(d1, 3 * i + 3), 1.0 / length(x, i + 1, edges)
     strain_gradients(work, k, a, a1, ra if i > 0 else 1.0, b, b1, rb if i < edges else 1.0)
@@ -241,11 +250,11 @@ def spring(
         rate_of_strain(work, KAPPA2, da, wa, db, wb),
         rate_of_strain(work, TWIST, da, wa, db, wb),
     )
-    resisting = symmetric_times(body.viscous, o, rates)
-    mu = symmetric_times(body.rod.B, o, minus(k, vector(body.rod.kappa0, 3 * i)))
+    resisting = symmetric_times(viscous, o, rates)
+    mu = symmetric_times(B, o, minus(k, rest))
     if ends:
-        before, after = strain(old.t, old.d1, now.m, i), strain(later.t, later.d1, now.m, i)
-        mu = exact_in_energy(body.rod, i, mu, before, after, scaled(2.0 / rate, rates))
+        before, after = strain(t0, d0, m, i), strain(later_t, later_d, m, i)
+        mu = exact_in_energy(B, o, mu, rest, before, after, scaled(2.0 / rate, rates))
     mu = plus(mu, resisting)
     spring_gradient(work, mu)
     if i == 0:
@@ -255,7 +264,7 @@ def spring(
     add_spring_gradient(residual, work, i, edges)
     if hessian:
         for p in range(6):
-            stiffness[p] = body.rod.B[o + p] + rate * body.viscous[o + p]
+            stiffness[p] = B[o + p] + rate * viscous[o + p]
         spring_hessian(work, stiffness, 0, k, mu, a, a1, ra, b, b1, rb)
         add_spring_hessian(lower, work, i, edges)
     power: float = dot(resisting, rates)
@@ -263,11 +272,12 @@ def spring(
 
 
 @inline
-def add_load(x: Array, V: Array, body: Body, row: Array, i: int, hessian: bool, residual: Array, lower: Array) -> float:
+def add_load(
+    x: Array, V: Array, f: Array, C: Array, factor: float, i: int, hessian: bool, residual: Array, lower: Array
+) -> float:
     """Minus the force, factor (f + C x), on vertex i; returns its power."""
-    factor, o = row[FACTOR], 6 * i
-    C = body.loads.C
-    force = scaled(factor, plus(vector(body.loads.f, 3 * i), symmetric_times(C, o, vector(x, 3 * i))))
+    o = 6 * i
+    force = scaled(factor, plus(vector(f, 3 * i), symmetric_times(C, o, vector(x, 3 * i))))
     add(residual, 4 * i, scaled(-1.0, force))
     if hessian:
         column = LOWER * 4 * i
@@ -316,15 +326,15 @@ def drag_on(
 
 
 @inline
-def slow(V: Array, rate: float, body: Body, hessian: bool, residual: Array, lower: Array) -> float:
+def slow(V: Array, rate: float, slowness: float, mass: Array, hessian: bool, residual: Array, lower: Array) -> float:
     """Damping proportional to the mass in the vertices; returns the power it dissipates."""
     power = 0.0
     for k in range(residual.size):
-        resisting = body.slowness * body.mass[k] * V[k]
+        resisting = slowness * mass[k] * V[k]
         residual[k] += resisting
         power += resisting * V[k]
         if hessian:
-            lower[LOWER * k] += rate * body.slowness * body.mass[k]
+            lower[LOWER * k] += rate * slowness * mass[k]
     return power
 
 
@@ -334,39 +344,47 @@ def forces(
 ) -> None:
     """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
     _, _, residual, lower, work, later, expected, reaction, power = space
-    rod = body.rod
-    edges = rod.l.size
+    rod, loads, couples, mass, _, slowness, viscous, viscous_stretch, drag, _, inextensible = body
+    B, kappa0, l, EA, T, first, stop = rod
+    f, C = loads
+    x, t, d1, m = now
+    x0, t0, d0, _ = old
+    _, later_t, later_d, _ = later  # arrays by themselves: every look into a tuple counts references
     residual[:] = 0.0
     reaction[:] = 0.0
-    power[:] = 0.0
     if hessian:
         lower[:] = 0.0
     stiffness = work[WORK:]
-    fluid = vector(row, FLUID)
-    dragged = body.drag[0] + body.drag[1] + body.drag[2] + body.drag[3] > 0.0
-    for i in range(edges + 1):
+    fluid, factor = vector(row, FLUID), row[FACTOR]
+    dragged = drag[0] + drag[1] + drag[2] + drag[3] > 0.0
+    lost = of_loads = 0.0
+    for i in range(l.size + 1):
         if i > 0:
-            power[0] += stretching(old, now, V, rate, body, i, ends, hessian, residual, lower, expected)
-            t, r = vector(now.t, 3 * i), 1.0 / length(now.x, i, edges)
-            couple = scaled(row[FACTOR], vector(body.couples, 3 * i - 3))
+            lost += stretching(
+                x0, x, V, rate, l[i - 1], EA[i - 1], T[i - 1], viscous_stretch[i - 1], inextensible, i, ends, hessian,
+                residual, lower, expected,
+            )  # fmt: skip
+            tangent, couple = vector(t, 3 * i), scaled(factor, vector(couples, 3 * i - 3))
             if dot(couple, couple) > 0.0:
-                add_moment(residual, i, t, r, scaled(-1.0, couple))
-                turning = scaled(r, cross(t, minus(vector(V, 4 * i), vector(V, 4 * i - 4))))
-                power[1] += dot(couple, turning) + dot(couple, t) * V[4 * i - 1]
+                r = 1.0 / length(x, i, l.size)
+                add_moment(residual, i, tangent, r, scaled(-1.0, couple))
+                turning = scaled(r, cross(tangent, minus(vector(V, 4 * i), vector(V, 4 * i - 4))))
+                of_loads += dot(couple, turning) + dot(couple, tangent) * V[4 * i - 1]
             if dragged:
                 for o in (4 * i - 4, 4 * i):
-                    lost, given = drag_on(
-                        vector(V, o), fluid, t, 0.5 * rod.l[i - 1], body.drag, rate, o, hessian, residual, lower
-                    )
-                    power[0] += lost
-                    power[1] += given
-        if rod.first <= i < rod.stop:
-            power[0] += spring(
-                old, now, later, ends, V, rate, body, row, i, hessian, residual, lower, work, stiffness, reaction
-            )
-        power[1] += add_load(now.x, V, body, row, i, hessian, residual, lower)
-    if body.slowness > 0.0:
-        power[0] += slow(V, rate, body, hessian, residual, lower)
+                    half = 0.5 * l[i - 1]
+                    taken, given = drag_on(vector(V, o), fluid, tangent, half, drag, rate, o, hessian, residual, lower)
+                    lost += taken
+                    of_loads += given
+        if first <= i < stop:
+            lost += spring(
+                x, t, d1, m, t0, d0, later_t, later_d, ends, V, rate, B, kappa0, viscous, row, i, hessian, residual,
+                lower, work, stiffness, reaction,
+            )  # fmt: skip
+        of_loads += add_load(x, V, f, C, factor, i, hessian, residual, lower)
+    if slowness > 0.0:
+        lost += slow(V, rate, slowness, mass, hessian, residual, lower)
+    power[0], power[1] = lost, of_loads
 
 
 # One stage
@@ -374,18 +392,26 @@ def forces(
 
 @inline
 def spin_change(
-    old: State, now: State, V: Array, start: Array, rate: float, J: float, j: int, ends: bool, r: float
+    x0: Array,
+    t0: Array,
+    x: Array,
+    t: Array,
+    V: Array,
+    start: Array,
+    rate: float,
+    J: float,
+    j: int,
+    ends: bool,
+    r: float,
 ) -> Vector:
     """(J omega t)' of edge j: by eq. (3) between the ends of a midpoint step, else J omega' t + J omega t'."""
-    t, spin, before = vector(now.t, 3 * j), V[4 * j - 1], start[4 * j - 1]
+    tangent, spin, before = vector(t, 3 * j), V[4 * j - 1], start[4 * j - 1]
     if ends:
-        later = unit(mix(2.0, edge(now.x, j), -1.0, edge(old.x, j)))
-        change: Vector = mix(
-            0.5 * rate * J * (2.0 * spin - before), later, -0.5 * rate * J * before, vector(old.t, 3 * j)
-        )
+        later, factor = unit(mix(2.0, edge(x, j), -1.0, edge(x0, j))), 0.5 * rate * J
+        change: Vector = mix(factor * (2.0 * spin - before), later, -factor * before, vector(t0, 3 * j))
         return change
-    turning = scaled(r, across(t, minus(vector(V, 4 * j), vector(V, 4 * j - 4))))
-    other: Vector = mix(J * (spin - before) * rate, t, J * spin, turning)
+    turning = scaled(r, across(tangent, minus(vector(V, 4 * j), vector(V, 4 * j - 4))))
+    other: Vector = mix(J * (spin - before) * rate, tangent, J * spin, turning)
     return other
 
 
@@ -408,16 +434,18 @@ def add_inertia(
     old: State, now: State, V: Array, start: Array, rate: float, body: Body, ends: bool, residual: Array, lower: Array
 ) -> None:
     """M (V - V_ref) / tau to the residual, M / tau^2 to the band."""
-    edges = body.rod.l.size
-    for i in range(edges + 1):
-        m = body.mass[4 * i]
+    mass, spread = body.mass, body.spread
+    x0, t0, _, _ = old
+    x, t, _, _ = now
+    for i in range(spread.size + 1):
+        m = mass[4 * i]
         add(residual, 4 * i, scaled(m * rate, minus(vector(V, 4 * i), vector(start, 4 * i))))
         for p in range(3):
             lower[LOWER * (4 * i + p)] += m * rate * rate
         if i > 0:
-            add_spread(V, start, rate, body.spread[i - 1], i, residual, lower)
-            J, r = body.mass[4 * i - 1], 1.0 / length(now.x, i, edges)
-            add_moment(residual, i, vector(now.t, 3 * i), r, spin_change(old, now, V, start, rate, J, i, ends, r))
+            add_spread(V, start, rate, spread[i - 1], i, residual, lower)
+            J, r = mass[4 * i - 1], 1.0 / length(x, i, spread.size)
+            add_moment(residual, i, vector(t, 3 * i), r, spin_change(x0, t0, x, t, V, start, rate, J, i, ends, r))
             lower[LOWER * (4 * i - 1)] += J * rate * rate
 
 
@@ -460,9 +488,11 @@ def to_velocity(old: State, now: State, rate: float, change: Array, V: Array) ->
 
     d theta = d phi.t + (t0 x t).dt / (1 + t0.t)
     """
-    edges = now.x.size // 3 - 1
+    x, tangents, _, _ = now
+    before = old.t
+    edges = x.size // 3 - 1
     for j in range(1, edges + 1):
-        t0, t, e = vector(old.t, 3 * j), vector(now.t, 3 * j), edge(now.x, j)
+        t0, t, e = vector(before, 3 * j), vector(tangents, 3 * j), edge(x, j)
         de = minus(vector(change, 4 * j), vector(change, 4 * j - 4))
         V[4 * j - 1] += rate * (change[4 * j - 1] + dot(cross(t0, t), de) / ((1.0 + dot(t0, t)) * math.sqrt(dot(e, e))))
     for i in range(edges + 1):
@@ -489,16 +519,17 @@ def renew_tension(now: State, change: Array, rate: float, body: Body, expected: 
 @inline
 def turn_frames(now: State, step: Array, state: State) -> None:
     """Carry the directors from `now` to the state's edges, and turn them by the step's angles."""
-    edges = now.x.size // 3 - 1
-    for j in range(1, edges + 1):
-        t, tangent = vector(now.t, 3 * j), unit(edge(state.x, j))
-        d = vector(now.d1, 3 * j)
+    _, tangents, directors, _ = now
+    x, new_tangents, new_directors, _ = state
+    for j in range(1, x.size // 3):
+        t, tangent = vector(tangents, 3 * j), unit(edge(x, j))
+        d = vector(directors, 3 * j)
         s = dot(d, tangent) / (1.0 + dot(t, tangent))
         director = unit(across(tangent, mix(1.0, d, -s, mix(1.0, t, 1.0, tangent))))
         theta = step[4 * j - 1]
         turned = mix(math.cos(theta), director, math.sin(theta), cross(tangent, director))
-        for p in range(3):
-            state.t[3 * j + p], state.d1[3 * j + p] = tangent[p], turned[p]
+        store(new_tangents, 3 * j, tangent)
+        store(new_directors, 3 * j, turned)
 
 
 @jit
@@ -529,7 +560,7 @@ def stage(
             residual[k] = -residual[k]
         band.solve(lower, n, residual)
         size = largest_turn(body.rod.l, residual)
-        if not size < LARGEST_TURN:
+        if not size < LARGEST_TURN or (iteration > PATIENCE and size > last):
             return -1
         renew_tension(now, residual, rate, body, expected)
         to_velocity(old, now, rate, residual, V)
