@@ -103,6 +103,7 @@ PATIENCE = 4  # iterations after which changes must shrink
 FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
 LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
 STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
+LARGEST_SHARE = 0.5  # of B dk in the correction (4), which is left out where dk all but vanishes and c is huge
 PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2
 
 GAMMA = 2.0 - math.sqrt(2.0)
@@ -226,6 +227,7 @@ def exact_in_energy(B: Array, o: int, mu: Vector, rest: Vector, before: Vector, 
     if size <= STILL * dot(mean, Bmean):
         return mu
     c = (dot(Bmean, minus(after, before)) - dot(mu, dk)) / size
+    c /= 1.0 + (c / LARGEST_SHARE) ** 4
     exact: Vector = mix(1.0, mu, c, Bdk)
     return exact
 
