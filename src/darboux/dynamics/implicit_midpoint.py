@@ -25,18 +25,21 @@ class ImplicitMidpoint:
     rods have exact multipliers. Linear and angular momentum are kept to rounding; energy has an error of order h^2 that
     does not grow. Unconditionally stable for small motion.
 
-    Arguments: ``segments`` N >= 2; ``step`` h in s (None: the duration over 1000). A step that does not converge is
+    Arguments: ``segments`` N >= 2; ``step`` h in s (None: the duration over 1000); ``tolerance`` of Newton's last change, as a
+    turn in rad: what is kept is kept to about that. A step that does not converge is
     halved, up to ten times. Source: J. C. Simo, N. Tarnow, K. K. Wong, Comput. Methods Appl. Mech. Eng. 100 (1992) 63.
     """
 
     segments: int = 100
     step: float | None = None
+    tolerance: float = 1e-10
 
     order = 2
     spread = True
 
     def __post_init__(self) -> None:
         assign(self, segments=checks.whole("implicit_midpoint.segments", self.segments, 2))
+        assign(self, tolerance=checks.positive("implicit_midpoint.tolerance", self.tolerance, "rad"))
         if self.step is not None:
             assign(self, step=checks.positive("implicit_midpoint.step", self.step, "s"))
 
@@ -45,13 +48,13 @@ class ImplicitMidpoint:
 
     def begin(self, system: System) -> Run:
         """Return a run at t = 0."""
-        return _Steps(system, self.step or system.motion.duration / DEFAULT_STEPS)
+        return _Steps(system, self.step or system.motion.duration / DEFAULT_STEPS, self.tolerance)
 
 
 class _Steps(Run):
-    def __init__(self, system: System, step: float) -> None:
+    def __init__(self, system: System, step: float, tolerance: float) -> None:
         super().__init__(system)
-        self.step = step
+        self.step, self.tolerance = step, tolerance
         self._tried = step
         self.halved = 0
 
@@ -77,7 +80,7 @@ class _Steps(Run):
             drive = self.system.midpoint_drive(start, h, steps).ravel()
             done = rod_motion.midpoint_steps(
                 self.state, self.V, self.A, h / self.system.units.time, steps, drive, self.body, self.system.space,
-                self.now, self.velocity, self.tally,
+                self.now, self.velocity, self.tally, self.tolerance,
             )  # fmt: skip
             if done >= 0:
                 self.t, self.steps, self.iterations = t, self.steps + steps, self.iterations + done

@@ -25,6 +25,7 @@ from darboux.statics.coefficients import PAIRS, Scale
 Array = NDArray[np.float64]
 
 GAP = 1e-6  # of the length, by which a shape may miss a support
+SETTLED = 1e-11  # rad, to which that equilibrium is found
 FOREVER = 1e5  # a stage this long is an equilibrium
 ENDS = ("start", "end")
 
@@ -170,13 +171,13 @@ class System:
         """Return vertices (N + 1, 3) whose edges point along those of r (N + 1, 3) and have their proper lengths."""
         e = np.diff(r, axis=0)
         e *= (self.l * stretch / np.linalg.norm(e, axis=1))[:, None]
-        x = np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
+        x: Array = np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
         first, last = (r - x)[[0, -1]]
         if self.motion.problem.start.holds and not self.motion.problem.end.holds:
-            return x + first
+            return np.asarray(x + first)
         if not self.motion.problem.start.holds:
-            return x + last
-        return x + first + (last - first) * self.nodes[:, None]
+            return np.asarray(x + last)
+        return np.asarray(x + first + (last - first) * self.nodes[:, None])
 
     def _settled(self, solution: EquilibriumSolution) -> State:
         """Return the discrete equilibrium beside a solution: a stage that lasts for ever."""
@@ -190,7 +191,7 @@ class System:
         row = other.drive([0.0], 0.0)[0]
         row[rod_motion.VELOCITY : rod_motion.VELOCITY + 6] = 0.0
         other.space.base[:] = 0.0
-        done = rod_motion.stage(state, V.copy(), FOREVER, V, other.body, row, False, other.space, now)
+        done = rod_motion.stage(state, V.copy(), FOREVER, V, other.body, row, False, SETTLED, other.space, now)
         if done < 0:
             return state
         now.m[:] = state.m
@@ -364,9 +365,9 @@ def new_space(N: int) -> Space:
     """Return room for a step of N edges."""
     n = 4 * N + 3
     work, lower = np.zeros(discrete_rod.WORK + 6), np.zeros(LOWER * n)
-    return Space(
-        np.zeros(n), np.zeros(n), np.zeros(n), lower, work, new_state(N), np.zeros(N), np.zeros(12), np.zeros(2)
-    )
+    base, step, residual = np.zeros(n), np.zeros(n), np.zeros(n)
+    strains, tensions, reaction, power = np.zeros(3 * N + 3), np.zeros(N), np.zeros(12), np.zeros(2)
+    return Space(base, step, residual, lower, work, new_state(N), strains, tensions, reaction, power)
 
 
 def frames_along(t: Array) -> Array:

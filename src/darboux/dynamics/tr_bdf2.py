@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 FIRST = 1e-4  # of the duration: the first step that is tried
 GROWTH, SHRINKING, SAFETY = 2.5, 0.2, 0.9
 SHORTEST = 1e-12  # of the duration
+NEWTON = 1e-3  # of rtol, to which Newton's method is followed
 AGAIN = 1e-3  # of a step: what is left of an interval below this is rounding
 
 
@@ -67,6 +68,7 @@ class _Adaptive(Run):
     def __init__(self, system: System, rtol: float, step: float | None) -> None:
         super().__init__(system)
         self.rtol, self.constant = rtol, step
+        self.tolerance = NEWTON * rtol if step is None else 1e-10
         self.h = step or FIRST * system.motion.duration
         self.middle, self.error = new_state(system.segments), np.empty_like(self.V)
         self.new_power = np.zeros(3)
@@ -109,6 +111,7 @@ class _Adaptive(Run):
             done = rod_motion.tr_bdf2_step(
                 self.state, self.V, A, h / units.time, self._drive(h), self.body, self.system.space, self.middle,
                 self.now, self.velocity, self.error, self.new_power,
+                self.tolerance,
             )  # fmt: skip
             size = float(np.max(np.abs(self.error))) / self.rtol if done >= 0 else np.inf
             if done < 0 or (self.constant is None and not size <= 1.0):

@@ -83,6 +83,7 @@ from darboux.kernels.discrete_rod import (
     spring_hessian,
     strain,
     strain_gradients,
+    strains,
     unit,
 )
 from darboux.kernels.jit import inline, jit
@@ -98,7 +99,6 @@ NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, ROW = 34, 40, 46, 52
 DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
 
 MOST_ITERATIONS = 25
-TOLERANCE = 1e-10  # of Newton's last change, as a turn in rad; what is left is its square or a small part of it
 PATIENCE = 4  # iterations after which changes must shrink
 FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
 LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
@@ -137,6 +137,7 @@ class Space(NamedTuple):
     lower: Array  # (11 (4 N + 3))
     work: Array  # of a spring
     later: State  # at the end of a midpoint step
+    before: Array  # (3 (N + 1)) strains at the start of a midpoint step
     expected: Array  # (N) tension of the edges by which Newton's matrix is made: what the last iteration expects
     reaction: Array  # (12) force and moment of the support at the start, then at the end
     power: Array  # (2) dissipated, of the loads
@@ -234,7 +235,7 @@ def exact_in_energy(B: Array, o: int, mu: Vector, rest: Vector, before: Vector, 
 
 @inline
 def spring(
-    x: Array, t: Array, d1: Array, m: Array, t0: Array, d0: Array, later_t: Array, later_d: Array, ends: bool, V: Array,
+    x: Array, t: Array, d1: Array, m: Array, before: Array, later_t: Array, later_d: Array, ends: bool, V: Array,
     rate: float, B: Array, kappa0: Array, viscous: Array, row: Array, i: int, hessian: bool, residual: Array,
     lower: Array, work: Array, stiffness: Array, reaction: Array,
 ) -> float:  # fmt: skip
@@ -255,8 +256,8 @@ def spring(
     resisting = symmetric_times(viscous, o, rates)
     mu = symmetric_times(B, o, minus(k, rest))
     if ends:
-        before, after = strain(t0, d0, m, i), strain(later_t, later_d, m, i)
-        mu = exact_in_energy(B, o, mu, rest, before, after, scaled(2.0 / rate, rates))
+        after = strain(later_t, later_d, m, i)
+        mu = exact_in_energy(B, o, mu, rest, vector(before, 3 * i), after, scaled(2.0 / rate, rates))
     mu = plus(mu, resisting)
     spring_gradient(work, mu)
     if i == 0:
@@ -345,12 +346,12 @@ def forces(
     old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
 ) -> None:
     """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
-    _, _, residual, lower, work, later, expected, reaction, power = space
+    _, _, residual, lower, work, later, before, expected, reaction, power = space
     rod, loads, couples, mass, _, slowness, viscous, viscous_stretch, drag, _, inextensible = body
     B, kappa0, l, EA, T, first, stop = rod
     f, C = loads
     x, t, d1, m = now
-    x0, t0, d0, _ = old
+    x0 = old.x
     _, later_t, later_d, _ = later  # arrays by themselves: every look into a tuple counts references
     residual[:] = 0.0
     reaction[:] = 0.0
@@ -380,7 +381,7 @@ def forces(
                     of_loads += given
         if first <= i < stop:
             lost += spring(
-                x, t, d1, m, t0, d0, later_t, later_d, ends, V, rate, B, kappa0, viscous, row, i, hessian, residual,
+                x, t, d1, m, before, later_t, later_d, ends, V, rate, B, kappa0, viscous, row, i, hessian, residual,
                 lower, work, stiffness, reaction,
             )  # fmt: skip
         of_loads += add_load(x, V, f, C, factor, i, hessian, residual, lower)
@@ -536,12 +537,18 @@ def turn_frames(now: State, step: Array, state: State) -> None:
 
 @jit
 def stage(
-    old: State, start: Array, tau: float, V: Array, body: Body, row: Array, ends: bool, space: Space, now: State
-) -> int:
-    """Solve eq. (1) from a guess of V, which it replaces; `now` is where the rod then is. Return the iterations, or -1."""
-    base, step, residual, lower, _, later, expected, reaction, _ = space
+    old: State, start: Array, tau: float, V: Array, body: Body, row: Array, ends: bool, tolerance: float, space: Space,
+    now: State,
+) -> int:  # fmt: skip
+    """Solve eq. (1) from a guess of V, which it replaces; `now` is where the rod then is. Return the iterations, or -1.
+
+    `tolerance` bounds Newton's last change, as a turn in rad; what is left is its square or a small part of it.
+    """
+    base, step, residual, lower, _, later, before, expected, reaction, _ = space
     rate, n = 1.0 / tau, V.size
     last = np.inf
+    if ends:
+        strains(old, body.rod.first, body.rod.stop, before)
     if body.inextensible:
         body.rod.EA[:] = PENALTY * rate * rate
     for iteration in range(1, MOST_ITERATIONS + 1):
@@ -566,7 +573,7 @@ def stage(
             return -1
         renew_tension(now, residual, rate, body, expected)
         to_velocity(old, now, rate, residual, V)
-        if iteration > 1 and (size <= TOLERANCE or (size <= FLOOR and size > 0.5 * last)):
+        if iteration > 1 and (size <= tolerance or (size <= FLOOR and size > 0.5 * last)):
             place(old, base, tau, V, row, body, step, now)
             return iteration
         last = size
@@ -599,7 +606,7 @@ def power_of_supports(body: Body, row: Array, reaction: Array) -> float:
 @jit
 def midpoint_steps(
     state: State, V: Array, pull: Array, h: float, steps: int, drive: Array, body: Body, space: Space, now: State,
-    velocity: Array, tally: Array,
+    velocity: Array, tally: Array, tolerance: float,
 ) -> int:  # fmt: skip
     """Make steps of the midpoint rule, the k-th with row k of the drive (the last one again where there are no more).
 
@@ -617,7 +624,7 @@ def midpoint_steps(
         row = drive[ROW * min(k, rows - 1) : ROW * min(k, rows - 1) + ROW]
         for p in range(n):
             velocity[p] = V[p] + tau * pull[p]
-        done = stage(state, V, tau, velocity, body, row, True, space, now)
+        done = stage(state, V, tau, velocity, body, row, True, tolerance, space, now)
         if done < 0:
             return -1 - k
         iterations += done
@@ -706,7 +713,7 @@ def verlet_steps(
 @jit
 def tr_bdf2_step(
     state: State, V: Array, A: Array, h: float, drive: Array, body: Body, space: Space, middle: State, now: State,
-    V1: Array, error: Array, power: Array,
+    V1: Array, error: Array, power: Array, tolerance: float,
 ) -> int:  # fmt: skip
     """Try one step of TR-BDF2, to (now, V1), from (state, V) with the accelerations A; three rows of the drive.
 
@@ -722,7 +729,7 @@ def tr_bdf2_step(
         space.base[k] = tau * V[k]
         start[k] = V[k] + tau * A[k]
         V_middle[k] = V[k] + 2.0 * tau * A[k]
-    done = stage(state, start, tau, V_middle, body, first, False, space, middle)
+    done = stage(state, start, tau, V_middle, body, first, False, tolerance, space, middle)
     if done < 0:
         return -1
     settle(middle, body)
@@ -731,7 +738,7 @@ def tr_bdf2_step(
         space.base[k] = share * space.step[k]
         V1[k] = V_middle[k] + (1.0 - GAMMA) / GAMMA * (V_middle[k] - V[k])
         start[k] = V[k] + share * (V_middle[k] - V[k])
-    more = stage(state, start, tau, V1, body, second, False, space, now)
+    more = stage(state, start, tau, V1, body, second, False, tolerance, space, now)
     if more < 0:
         return -1
     now.m[:] = middle.m
