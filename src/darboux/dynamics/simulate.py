@@ -22,6 +22,7 @@ from darboux.trajectory import MotionEnergy, Trajectory
 
 Array = NDArray[np.float64]
 
+SAME = 1e-9  # of the duration: two times are one
 SLOW = 2.0  # s of wall time after which a progress bar appears on a terminal
 
 
@@ -69,7 +70,8 @@ def simulate(
     recorder = _Recorder(system, records)
     recorder.take(run)
     times = np.linspace(0.0, motion.duration, records + 1)
-    times[-1] = motion.duration
+    for event in motion.events:  # one and the same time, not two a rounding apart
+        times[np.abs(times - event) < SAME * motion.duration] = event
     status = Status("converged", "The motion was followed to its end.")
     began = time.perf_counter()
     with _bar(progress) as bar, np.errstate(all="ignore"):

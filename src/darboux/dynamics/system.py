@@ -59,6 +59,7 @@ class System:
         self._discretise(problem)
         self.body = self.body_at(0.0)
         self.space = new_space(segments)
+        self._steady: Array | None = None
 
     # -- from the rod to the numbers -----------------------------------------------------------------------------
 
@@ -305,8 +306,14 @@ class System:
         return rows
 
     def midpoint_drive(self, t0: float, h: float, steps: int) -> Array:
-        """Return the rows (n, ROW) of n midpoint steps of h seconds from t0; one row where nothing changes."""
-        n = 1 if self.motion.steady else steps
+        """Return the rows (n, ROW) of n midpoint steps of h seconds from t0; one row, found once, where nothing changes."""
+        if not self.motion.steady:
+            return self._midpoint_rows(t0, h, steps)
+        if self._steady is None:
+            self._steady = self._midpoint_rows(t0, h, 1)
+        return self._steady
+
+    def _midpoint_rows(self, t0: float, h: float, n: int) -> Array:
         rows = self.drive(t0 + h * (np.arange(n) + 0.5), h)
         ends = self.drive(t0 + h * np.arange(n + 1), h)
         at = slice(rod_motion.POSITION, rod_motion.POSITION + 6)
