@@ -46,7 +46,8 @@ def test_natural_frequencies_of_bending(case: str) -> None:
     found = dx.natural_modes(problem, 2 * len(betas) + rigid, segments=200, **how).frequencies
     assert np.all(found[:rigid] == 0.0)
     exact = beam(STEEL) * np.array(betas) ** 2
-    np.testing.assert_allclose(found[rigid:].reshape(-1, 2), np.stack([exact, exact], axis=1), rtol=1e-4)
+    rtol = 1e-4 if "clamped" in case else 1e-8  # but for clamps, errors of order h^2 cancel
+    np.testing.assert_allclose(found[rigid:].reshape(-1, 2), np.stack([exact, exact], axis=1), rtol=rtol)
 
 
 def test_natural_frequencies_of_torsion_and_stretch() -> None:
@@ -233,7 +234,12 @@ def test_a_turning_clamp_carries_the_rod_round() -> None:
 
 def test_work_of_a_shaken_support_is_in_the_balance() -> None:
     problem = dx.Equilibrium(UNIT, loads=[dx.Gravity((0, 0, -1))])
-    shaken = dx.Moving(position=lambda t: (0.1 * np.sin(8 * t) ** 2, 0, 0.05 * np.sin(8 * t) ** 2))
+
+    def turned(t):
+        c, s = np.cos(0.4 * np.sin(8 * t) ** 2), np.sin(0.4 * np.sin(8 * t) ** 2)
+        return [[1, 0, 0], [0, c, -s], [0, s, c]]
+
+    shaken = dx.Moving(position=lambda t: (0.1 * np.sin(8 * t) ** 2, 0, 0.05 * np.sin(8 * t) ** 2), frame=turned)
     for method in (dx.ImplicitMidpoint(20, step=2e-3), dx.TRBDF2(20, step=1e-3)):
         x = dx.simulate(dx.Motion(problem, 0.5, start=shaken), method, records=10)
         assert np.ptp(x.energy.total) > 1e-3

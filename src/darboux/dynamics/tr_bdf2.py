@@ -110,8 +110,7 @@ class _Adaptive(Run):
             A = self.A.copy()
             done = rod_motion.tr_bdf2_step(
                 self.state, self.V, A, h / units.time, self._drive(h), self.body, self.system.space, self.middle,
-                self.now, self.velocity, self.error, self.new_power,
-                self.tolerance,
+                self.now, self.velocity, self.error, self.new_power, self.tolerance,
             )  # fmt: skip
             size = float(np.max(np.abs(self.error))) / self.rtol if done >= 0 else np.inf
             if done < 0 or (self.constant is None and not size <= 1.0):
@@ -125,9 +124,7 @@ class _Adaptive(Run):
             self._accept(t if n == 1 else self.t + h, h / units.time, A, done)
             halvings = 0
             if self.constant is None:
-                self.h = (
-                    max(h, self.h) if size == 0.0 else h * min(GROWTH, max(SHRINKING, SAFETY * size ** (-1.0 / 3.0)))
-                )
+                self.h = h * min(GROWTH, max(SHRINKING, SAFETY * max(size, 1e-3) ** (-1.0 / 3.0)))
             else:
                 self.h = self.constant
         return True

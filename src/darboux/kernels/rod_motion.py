@@ -395,18 +395,8 @@ def forces(
 
 @inline
 def spin_change(
-    x0: Array,
-    t0: Array,
-    x: Array,
-    t: Array,
-    V: Array,
-    start: Array,
-    rate: float,
-    J: float,
-    j: int,
-    ends: bool,
-    r: float,
-) -> Vector:
+    x0: Array, t0: Array, x: Array, t: Array, V: Array, start: Array, rate: float, J: float, j: int, ends: bool, r: float,
+) -> Vector:  # fmt: skip
     """(J omega t)' of edge j: by eq. (3) between the ends of a midpoint step, else J omega' t + J omega t'."""
     tangent, spin, before = vector(t, 3 * j), V[4 * j - 1], start[4 * j - 1]
     if ends:
@@ -569,7 +559,7 @@ def stage(
             residual[k] = -residual[k]
         band.solve(lower, n, residual)
         size = largest_turn(body.rod.l, residual)
-        if not size < LARGEST_TURN or (iteration > PATIENCE and size > last):
+        if not size < LARGEST_TURN or (iteration > PATIENCE and size > max(last, FLOOR)):
             return -1
         renew_tension(now, residual, rate, body, expected)
         to_velocity(old, now, rate, residual, V)
