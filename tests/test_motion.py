@@ -296,6 +296,7 @@ def test_drift_changes_the_status() -> None:
 
 
 CANTILEVER = dx.Equilibrium(UNIT)
+BOW = dx.Equilibrium(dx.Rod(1.0, UNIT.section), end=dx.Clamped((0, 0, 0.8)), loads=[dx.Gravity((0, -1, 0))])
 MISTAKES = {
     "duration is 0": lambda: dx.Motion(CANTILEVER, 0.0),
     "duration is -1": lambda: dx.Motion(CANTILEVER, -1.0),
@@ -327,6 +328,7 @@ MISTAKES = {
         dx.Motion(dx.Equilibrium(dx.Rod(1.0, UNIT.section)), 1.0, velocity=lambda s: np.outer(s, (0, 0, 1)))
     ),
     "use ImplicitMidpoint": lambda: dx.simulate(dx.Motion(dx.Equilibrium(dx.Rod(1.0, UNIT.section)), 1.0), dx.TRBDF2()),
+    "held at both ends": lambda: dx.simulate(dx.Motion(BOW, 1.0, initial=dx.solve(BOW))),
     "largest stable step": lambda: dx.simulate(dx.Motion(CANTILEVER, 1.0), dx.StormerVerlet(20, step=1.0)),
     "a method of motion": lambda: dx.simulate(dx.Motion(CANTILEVER, 1.0), dx.DiscreteRod()),
 }

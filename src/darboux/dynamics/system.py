@@ -24,6 +24,7 @@ from darboux.statics.coefficients import PAIRS, Scale
 
 Array = NDArray[np.float64]
 
+EXACT = 1e-9  # relative: an inextensible segment's length
 GAP = 1e-6  # of the length, by which a shape may miss a support
 SETTLED = 1e-11  # rad, to which that equilibrium is found
 FOREVER = 1e5  # a stage this long is an equilibrium
@@ -244,6 +245,12 @@ class System:
 
     def _check_place(self, state: State) -> None:
         x, t = state.x.reshape(-1, 3), state.t.reshape(-1, 3)
+        lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
+        if self.inextensible and np.max(np.abs(lengths / self.l - 1.0)) > EXACT:
+            raise InvalidInput(
+                "motion: the rod does not stretch and is held at both ends, but its segments can't have their lengths between "
+                "them in this initial shape; set stretch=True."
+            )
         for at, vertex, edge, ghost in (("start", 0, 1, 0), ("end", -1, -2, -1)):
             if not self.motion.held(at, 0.0):
                 continue
