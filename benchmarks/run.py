@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from benchmarks.timing import Row, Spread
 
-FAMILIES = ("initial_value", "discrete_rod", "collocation", "against_pyelastica", "command")
+FAMILIES = ("initial_value", "discrete_rod", "collocation", "against_pyelastica", "motion", "command")
 LAST = ROOT / "benchmarks" / "last.json"
 PAGE = ROOT / "docs" / "benchmarks.md"
 SLOWER = 1.3  # than the last recorded run, in units of something timed in the same run: worth a look

@@ -36,11 +36,19 @@ _HOMES = {
     "comparison": ("compare", "Comparison"),
     "scenario": ("Scenario", "load"),
     "store": ("open",),
+    "motion": ("KelvinVoigt", "LinearDrag", "MassDamping", "Motion", "Moving", "QuadraticDrag"),
+    "trajectory": ("Trajectory",),
+    "dynamics.simulate": ("simulate",),
+    "dynamics.implicit_midpoint": ("ImplicitMidpoint",),
+    "dynamics.tr_bdf2": ("TRBDF2",),
+    "dynamics.stormer_verlet": ("StormerVerlet",),
+    "dynamics.modes": ("natural_modes",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 # All but `open`, so that `from darboux import *` leaves Python's own alone.
 __all__ = [
+    "TRBDF2",
     "Buoyancy",
     "Circle",
     "Clamped",
@@ -60,14 +68,21 @@ __all__ = [
     "Guided",
     "Helix",
     "Hinge",
+    "ImplicitMidpoint",
     "InvalidInput",
+    "KelvinVoigt",
     "LineCouple",
     "LineForce",
+    "LinearDrag",
+    "MassDamping",
     "Material",
+    "Motion",
+    "Moving",
     "NotConverged",
     "Pinned",
     "PointForce",
     "PointMoment",
+    "QuadraticDrag",
     "Rectangle",
     "Ring",
     "Rod",
@@ -80,13 +95,17 @@ __all__ = [
     "Status",
     "Stiffness",
     "StiffnessMatrix",
+    "StormerVerlet",
     "Table",
+    "Trajectory",
     "Tube",
     "Universal",
     "compare",
     "frame_of_helix",
     "integrate",
     "load",
+    "natural_modes",
+    "simulate",
     "solve",
     "solve_all",
     "turn",
@@ -94,6 +113,11 @@ __all__ = [
 
 if TYPE_CHECKING:
     from darboux.comparison import Comparison, compare
+    from darboux.dynamics.implicit_midpoint import ImplicitMidpoint
+    from darboux.dynamics.modes import natural_modes
+    from darboux.dynamics.simulate import simulate
+    from darboux.dynamics.stormer_verlet import StormerVerlet
+    from darboux.dynamics.tr_bdf2 import TRBDF2
     from darboux.errors import InvalidInput, NotConverged
     from darboux.frames import turn
     from darboux.loads import (
@@ -110,6 +134,7 @@ if TYPE_CHECKING:
         Rotation,
     )
     from darboux.material import Material
+    from darboux.motion import KelvinVoigt, LinearDrag, MassDamping, Motion, Moving, QuadraticDrag
     from darboux.natural import Helix, frame_of_helix
     from darboux.problem import Equilibrium, Ring
     from darboux.profile import Table
@@ -126,6 +151,7 @@ if TYPE_CHECKING:
     from darboux.statics.solve import solve
     from darboux.store import open as open
     from darboux.supports import Clamped, Free, Guided, Hinge, Pinned, Roller, Slider, Spring, Universal
+    from darboux.trajectory import Trajectory
 
 
 def __getattr__(name: str) -> Any:

@@ -1,0 +1,1 @@
+"""Motion: one file per method, and simulate()."""

@@ -1,0 +1,134 @@
+"""Natural vibrations: the generalised eigenvalue problem K u = omega^2 M u of the discrete rod's own band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import diags
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from darboux import checks
+from darboux.checks import checked_call
+from darboux.dynamics.system import System, beyond
+from darboux.errors import InvalidInput
+from darboux.kernels import band, rod_motion
+from darboux.kernels.band import LOWER
+from darboux.kernels.discrete_rod import State
+from darboux.motion import Motion
+from darboux.problem import Equilibrium
+
+Array = NDArray[np.float64]
+
+RIGID = 1e8  # EA L^2 / EI that stands for an inextensible rod
+SHIFT = (
+    1e-3  # below the spectrum, in units of the lowest frequency of a bent rod, squared: rigid motions are no obstacle
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Natural vibrations.
+
+    ``frequencies`` (k,) in Hz, ascending, rigid motions with 0, unstable directions negative; ``shapes`` (k, N + 1, 3), the
+    vertices' displacements, and ``turns`` (k, N), the edges' turns about the tangent, of any one scale.
+    """
+
+    frequencies: Array
+    shapes: Array
+    turns: Array
+
+
+@checked_call
+def natural_modes(
+    problem: Equilibrium, count: int = 6, *, segments: int = 200, about: Any = None, **motion: Any
+) -> Modes:
+    """Find the lowest natural vibrations about a shape, by shift and inversion on the band.
+
+        K u = omega^2 M u
+
+    Arguments: ``problem`` an ``Equilibrium``, whose loads act where ``about`` is an ``EquilibriumSolution`` of it and not
+    about the unloaded shape (None); ``count``; ``segments``; and whatever ``Motion`` takes, such as ``release`` for free
+    ends. Supports hold. Error of order 2 in 1 / segments. Raises ``InvalidInput``.
+    """
+    checks.instance("natural_modes.problem", problem, Equilibrium, "an Equilibrium")
+    count = checks.whole("natural_modes.count", count, 1)
+    system = System(Motion(problem, 1.0, initial=about, **motion), checks.whole("natural_modes.segments", segments, 2))
+    refusal = beyond(problem)
+    if refusal:
+        raise InvalidInput(refusal)
+    state, _ = system.start()
+    if system.inextensible:
+        system.EA = np.full(system.segments, RIGID)
+        system.body = system.body_at(0.0)
+    free = ~system.body.fixed
+    if count > np.count_nonzero(free) - 2:
+        raise InvalidInput(
+            f"natural_modes.count is {count}; {segments} segments have {np.count_nonzero(free) - 2} at most."
+        )
+    lower = stiffness(system, state, 0.0 if about is None else 1.0)
+    n = 4 * segments + 3
+    mass = mass_band(system, state)
+    shifted = lower + SHIFT * mass
+    band.fix(shifted, np.zeros(n), system.body.fixed)
+    if band.factor(shifted, n) < 0:
+        raise InvalidInput(
+            "natural_modes: the stiffness about this shape is singular; take another number of segments."
+        )
+
+    def inverse(u: Array) -> Array:
+        right = np.zeros(n)
+        right[free] = u.ravel()
+        band.solve(shifted, n, right)
+        return right[free]
+
+    size = (int(np.count_nonzero(free)),) * 2
+    operator = LinearOperator(size, matvec=inverse, dtype=float)
+    M = sparse(mass, n)[free][:, free]
+    start = np.random.default_rng(0).normal(size=size[0])
+    values, vectors = eigsh(M, k=count, M=M, sigma=-SHIFT, OPinv=operator, v0=start, tol=1e-13)
+    order = np.argsort(values)
+    omega2 = values[order]
+    omega = np.sign(omega2) * np.sqrt(np.abs(omega2))
+    omega[np.abs(omega2) < SHIFT] = 0.0
+    packed = np.zeros((count, n + 1))
+    packed[:, :-1][:, free] = vectors[:, order].T
+    moves = packed.reshape(count, -1, 4)
+    return Modes(omega / (2.0 * np.pi * system.units.time), moves[:, :, :3], moves[:, :-1, 3])
+
+
+def mass_band(system: System, state: State) -> Array:
+    """Return the band of M at a state; the held unknowns are still in it."""
+    rest, space = np.zeros_like(system.body.mass), system.space
+    space.lower[:] = 0.0
+    rod_motion.add_inertia(state, state, rest, rest, 1.0, system.body, False, space.residual, space.lower)
+    return space.lower.copy()
+
+
+def sparse(lower: Array, n: int) -> Any:
+    """Return a band as a sparse matrix."""
+    columns = lower.reshape(n, LOWER)
+    below = [columns[: n - k, k] for k in range(LOWER)]
+    return diags([*below, *below[1:]], [*(-k for k in range(LOWER)), *range(1, LOWER)], format="csr")
+
+
+def stiffness(system: System, state: State, factor: float) -> Array:
+    """Return the band of K at a state, with the loads at a factor; the held unknowns are still in it."""
+    row = system.drive([0.0], 0.0)[0]
+    row[rod_motion.FACTOR] = factor
+    rest, rod = np.zeros_like(system.body.mass), system.body.rod
+    size = np.linalg.norm(np.diff(state.x.reshape(-1, 3), axis=0), axis=1)
+    system.space.expected[:] = rod.EA * (size / rod.l - 1.0)
+    rod_motion.forces(state, state, rest, 0.0, system.body, row, False, True, system.space)
+    return system.space.lower.copy()
+
+
+def largest_frequency(system: System, state: State) -> float:
+    """Return the highest natural frequency of the discrete rod at a state, dimensionless, in rad per unit of time."""
+    n, free = system.body.mass.size, ~system.body.fixed
+    K, M = (sparse(matrix, n)[free][:, free] for matrix in (stiffness(system, state, 1.0), mass_band(system, state)))
+    root = diags([1.0 / np.sqrt(M.diagonal())], [0])
+    start = np.random.default_rng(0).normal(size=K.shape[0])
+    return float(np.sqrt(eigsh(root @ K @ root, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]))

@@ -1,0 +1,65 @@
+"""The state of a running motion, which every method advances."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.dynamics.system import System, new_state
+from darboux.kernels import rod_motion
+
+Array = NDArray[np.float64]
+
+
+class Run:
+    """Where a motion is: ``t`` in s, the dimensionless state, velocities, accelerations and tally of energy."""
+
+    def __init__(self, system: System) -> None:
+        self.system, self.body = system, system.body
+        self.t = 0.0
+        self.state, self.V = system.start()
+        self.A = np.zeros_like(self.V)
+        self.tally = np.zeros(3)
+        self.now, self.velocity = new_state(system.segments), np.empty_like(self.V)
+        self.steps = self.iterations = self.halvings = 0
+
+    def advance(self, t: float) -> bool:
+        """Go to the time t in s; return False where a step does not converge, with all that was reached kept."""
+        raise NotImplementedError
+
+    def release(self) -> None:
+        """Let go the ends whose time has come."""
+        T = self.body.rod.T
+        self.body = self.system.body = self.system.body_at(self.t)
+        self.body.rod.T[:] = T
+        self.A[:] = 0.0
+
+    def failure(self) -> str:
+        """Return where and when a step did not converge, and what to try."""
+        place = self.system.place_of(self.system.space.residual)
+        return (
+            f"a step of {self.smallest:.2g} s does not converge at t = {self.t:.6g} s, worst near s = {place:.4g} m; what was "
+            "reached is kept. Try more segments, or look whether loads and supports pull the rod apart there."
+        )
+
+    @property
+    def smallest(self) -> float:
+        """The shortest step that was tried, in s."""
+        return 0.0
+
+    def measures(self) -> Array:
+        """Return energies, momenta and the tally: (14,), dimensionless."""
+        result = np.empty(11)
+        rod_motion.measures(self.state, self.V, self.body, self.system.motion.factor(self.t), result)
+        return np.concatenate([result, self.tally])
+
+    def kept(self) -> tuple[Array, ...]:
+        """Return copies of all that a step changes."""
+        parts = (*self.state, self.V, self.A, self.tally, self.body.rod.T, self.system.space.expected)
+        return tuple(part.copy() for part in parts)
+
+    def put_back(self, kept: tuple[Array, ...]) -> None:
+        """Undo steps since `kept`."""
+        parts = (*self.state, self.V, self.A, self.tally, self.body.rod.T, self.system.space.expected)
+        for part, before in zip(parts, kept, strict=True):
+            part[:] = before

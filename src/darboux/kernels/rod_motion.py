@@ -1,0 +1,766 @@
+"""Discrete elastic rods in motion, in units that the caller made dimensionless; see discrete_rod.py for the rod itself.
+
+Vertices carry masses, edges a rotary inertia J about their tangent. Mass that is spread along the edges has the kinetic
+energy
+
+    1/2 sum_i m_i |v_i|^2 - 1/2 sum_j c_j |e_j'|^2,     c_j = (mass of edge j) / 6
+
+which takes the error of order h^2 off the frequencies of bending (that of the curvature is as large, with the other
+sign). The velocities are packed like the unknowns, V = v_0, omega_1, v_1, omega_2, ..., v_N, with omega the spin about
+the tangent. With G the gradient of the energy, less the other loads, and the damping's forces added,
+
+    m_i v_i' + G_i = 0,     (J omega t)_j' + couple of G on edge j = 0
+
+and the part of the second across t, a couple that two vertices feel, turns a spinning edge as a top.
+
+Every implicit method here is made of one *stage*: find V with
+
+    q = q_ref + tau V,     M (V - V_ref) / tau + G(q, V) = 0,                                                      (1)
+
+by Newton's method on the band M / tau^2 + C / tau + K. The midpoint rule is one stage of tau = h / 2, q_ref = q_0, V_ref =
+V_0, after which V_1 = 2 V - V_0 and q_1 = q_0 + h V. Its stretching and its spin are taken between the ends of the step,
+
+    tension  EA (eps_0 + eps_1) / 2  along  e  over the length  (|e_0| + |e_1|) / 2                                  (2)
+    (J omega t)'  =  J (omega_1 t_1 - omega_0 t_0) / h                                                              (3)
+
+with e the midpoint's edge: the tension then works exactly what the stretching energy changes by, however fast a stiff
+edge turns, and angular momentum is exactly kept (J. C. Simo, N. Tarnow, Z. angew. Math. Phys. 43 (1992) 757). A spring's
+moments mu, at the midpoint, are corrected along the change of its strains dk = grad kappa . h V, so that they too work what
+its energy changes by (O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449, in the strains, which rotations leave alone):
+
+    mu -> mu + (E_1 - E_0 - mu.dk) / (dk.B dk) B dk                                                                 (4)
+
+An inextensible rod has a multiplier T in the place of (2), with eps_1 = 0, by an augmented Lagrangian.
+
+Source of TR-BDF2: R. E. Bank et al., IEEE Trans. Computer-Aided Design 4 (1985) 436; its error estimate: M. E. Hosea,
+L. F. Shampine, Appl. Numer. Math. 20 (1996) 21, eq. (14).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels import band
+from darboux.kernels.algebra import (
+    Vector,
+    across,
+    add,
+    cross,
+    dot,
+    minus,
+    mix,
+    plus,
+    scaled,
+    store,
+    symmetric_times,
+    vector,
+)
+from darboux.kernels.band import LOWER
+from darboux.kernels.discrete_rod import (
+    CHI,
+    KAPPA1,
+    KAPPA2,
+    PHI,
+    TWIST,
+    WORK,
+    Elasticity,
+    Loads,
+    State,
+    add_spring_gradient,
+    add_spring_hessian,
+    add_symmetric,
+    advance,
+    edge,
+    energy,
+    largest_turn,
+    length,
+    load_energy,
+    spring_gradient,
+    spring_hessian,
+    strain,
+    strain_gradients,
+    strains,
+    unit,
+)
+from darboux.kernels.jit import inline, jit
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# One row of a drive: what supports, loads and fluid do at one stage. Two numbers of three stand for the two ends.
+FACTOR, FLUID, POSITION, VELOCITY, TANGENT, DIRECTOR, SPIN = 0, 1, 4, 10, 16, 22, 28
+# And, for the midpoint rule, how the supports move at the end of the step.
+NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, ROW = 34, 40, 46, 52
+
+DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
+
+MOST_ITERATIONS = 25
+PATIENCE = 4  # iterations after which changes must shrink
+FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
+LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
+STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
+LARGEST_SHARE = 0.5  # of B dk in the correction (4), which is left out where dk all but vanishes and c is huge
+PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2
+
+GAMMA = 2.0 - math.sqrt(2.0)
+ALONG, ACROSS = 0, 1  # linear drag; the quadratic one follows
+
+
+class Body(NamedTuple):
+    """All that does not change along the way."""
+
+    rod: Elasticity
+    loads: Loads  # at the load factor 1
+    couples: Array  # (3 N) dead couples on the edges, at the load factor 1
+    mass: Array  # (4 N + 3) packed: masses of vertices, rotary inertia of edges about their tangent
+    spread: (
+        Array  # (N) a sixth of each edge's mass, by which the kinetic energy of |e'| is too large; 0: mass in vertices
+    )
+    slowness: float  # damping proportional to mass, 1 / time
+    viscous: Array  # (6 (N + 1)) viscous bending and twist of the springs, like rod.B
+    viscous_stretch: Array  # (N) viscous stretching of the edges, like rod.EA
+    drag: Array  # (4) linear drag along and across the tangent, quadratic drag along and across, per length
+    fixed: Flags  # (4 N + 3) unknowns that a support holds
+    inextensible: bool
+
+
+class Space(NamedTuple):
+    """Room for one step."""
+
+    base: Array  # (4 N + 3) packed q_ref - q_0
+    step: Array  # (4 N + 3) packed
+    residual: Array  # (4 N + 3)
+    lower: Array  # (11 (4 N + 3))
+    work: Array  # of a spring
+    later: State  # at the end of a midpoint step
+    before: Array  # (3 (N + 1)) strains at the start of a midpoint step
+    expected: Array  # (N) tension of the edges by which Newton's matrix is made: what the last iteration expects
+    reaction: Array  # (12) force and moment of the support at the start, then at the end
+    power: Array  # (2) dissipated, of the loads
+
+
+# Forces
+
+
+@inline
+def add_tension(e: Vector, s: float, j: int, residual: Array) -> None:
+    """The force s e pulls the ends of edge j together."""
+    add(residual, 4 * j - 4, scaled(-s, e))
+    add(residual, 4 * j, scaled(s, e))
+
+
+@inline
+def add_tension_hessian(t: Vector, s: float, r: float, j: int, lower: Array) -> None:
+    """s I + r t t^T by the edge vector of edge j."""
+    o = 4 * j
+    add_symmetric(lower, o - 4, s, t, r)
+    add_symmetric(lower, o, s, t, r)
+    for p in range(3):
+        lower[LOWER * (o - 4 + p) + 4] -= s
+        for q in range(3):
+            lower[LOWER * (o - 4 + p) + 4 + q - p] -= r * t[p] * t[q]
+
+
+@inline
+def stretching(
+    x0: Array, x: Array, V: Array, rate: float, l: float, EA: float, T: float, viscous: float, inextensible: bool, j: int,
+    ends: bool, hessian: bool, residual: Array, lower: Array, expected: Array,
+) -> float:  # fmt: skip
+    """Tension of edge j, elastic and viscous; returns the power it dissipates."""
+    e = edge(x, j)
+    size = math.sqrt(dot(e, e))
+    if ends:  # eq. (2)
+        e0 = edge(x0, j)
+        e1 = mix(2.0, e, -1.0, e0)
+        size0, size1 = math.sqrt(dot(e0, e0)), math.sqrt(dot(e1, e1))
+        mean, eps_rate = 0.5 * (size0 + size1), 0.5 * rate * (size1 - size0) / l
+        eps = (size1 if inextensible else mean) / l - 1.0
+    else:
+        de = minus(vector(V, 4 * j), vector(V, 4 * j - 4))
+        mean, eps, eps_rate = size, size / l - 1.0, dot(e, de) / (size * l)
+    tension = EA * eps + T + viscous * eps_rate
+    add_tension(e, tension / mean, j, residual)
+    if hessian:
+        s = expected[j - 1] / mean
+        stiff = (2.0 * EA if inextensible else EA) + viscous * rate
+        add_tension_hessian(scaled(1.0 / size, e), s, stiff / l - s, j, lower)
+        expected[j - 1] = tension  # `renew_tension` adds what the change on its way makes of it
+    power: float = viscous * eps_rate * eps_rate * l
+    return power
+
+
+@inline
+def ghost_reaction(work: Array, o: int, t: Vector, reaction: Array, r: int) -> None:
+    """The couple t x phi + phi_theta t that holds a clamp's frame; then the frame's share of the gradients is dropped."""
+    couple = mix(1.0, cross(t, vector(work, PHI + o)), work[PHI + o + 3], t)
+    add(reaction, r, couple)
+    for part in (KAPPA1, KAPPA2, TWIST, CHI, PHI):
+        for p in range(3):
+            work[part + o + p] = 0.0
+
+
+@inline
+def rate_of_edge(V: Array, i: int, edges: int, row: Array, t: Vector) -> tuple[Vector, float]:
+    """How fast edge i changes and spins; a ghost's unit edge turns with its clamp."""
+    if 0 < i <= edges:
+        return minus(vector(V, 4 * i), vector(V, 4 * i - 4)), V[4 * i - 1]
+    spin = vector(row, SPIN) if i == 0 else vector(row, SPIN + 3)
+    return cross(spin, t), dot(spin, t)
+
+
+@inline
+def rate_of_strain(work: Array, o: int, da: Vector, wa: float, db: Vector, wb: float) -> float:
+    """grad kappa . (e_a', omega_a, e_b', omega_b)"""
+    rate: float = dot(vector(work, o), da) + work[o + 3] * wa + dot(vector(work, o + 4), db) + work[o + 7] * wb
+    return rate
+
+
+@inline
+def exact_in_energy(B: Array, o: int, mu: Vector, rest: Vector, before: Vector, after: Vector, dk: Vector) -> Vector:
+    """mu + c B dk, whose work on dk = grad kappa . h V is exactly what the energy of the spring changes by: eq. (4)."""
+    mean = minus(mix(0.5, before, 0.5, after), rest)
+    Bdk, Bmean = symmetric_times(B, o, dk), symmetric_times(B, o, mean)
+    size = dot(dk, Bdk)
+    if size <= STILL * dot(mean, Bmean):
+        return mu
+    c = (dot(Bmean, minus(after, before)) - dot(mu, dk)) / size
+    c /= 1.0 + (c / LARGEST_SHARE) ** 4
+    exact: Vector = mix(1.0, mu, c, Bdk)
+    return exact
+
+
+@inline
+def spring(
+    x: Array, t: Array, d1: Array, m: Array, before: Array, later_t: Array, later_d: Array, ends: bool, V: Array,
+    rate: float, B: Array, kappa0: Array, viscous: Array, row: Array, i: int, hessian: bool, residual: Array,
+    lower: Array, work: Array, stiffness: Array, reaction: Array,
+) -> float:  # fmt: skip
+    """Bending and twist of vertex i, elastic and viscous; returns the power they dissipate."""
+    edges = x.size // 3 - 1
+    o = 6 * i
+    k, rest = strain(t, d1, m, i), vector(kappa0, 3 * i)
+    a, a1, ra = vector(t, 3 * i), vector(d1, 3 * i), 1.0 / length(x, i, edges)
+    b, b1, rb = vector(t, 3 * i + 3), vector(d1, 3 * i + 3), 1.0 / length(x, i + 1, edges)
+    strain_gradients(work, k, a, a1, ra if i > 0 else 1.0, b, b1, rb if i < edges else 1.0)
+    da, wa = rate_of_edge(V, i, edges, row, a)
+    db, wb = rate_of_edge(V, i + 1, edges, row, b)
+    rates = (
+        rate_of_strain(work, KAPPA1, da, wa, db, wb),
+        rate_of_strain(work, KAPPA2, da, wa, db, wb),
+        rate_of_strain(work, TWIST, da, wa, db, wb),
+    )
+    resisting = symmetric_times(viscous, o, rates)
+    mu = symmetric_times(B, o, minus(k, rest))
+    if ends:
+        after = strain(later_t, later_d, m, i)
+        mu = exact_in_energy(B, o, mu, rest, vector(before, 3 * i), after, scaled(2.0 / rate, rates))
+    mu = plus(mu, resisting)
+    spring_gradient(work, mu)
+    if i == 0:
+        ghost_reaction(work, 0, a, reaction, 3)
+    if i == edges:
+        ghost_reaction(work, 4, b, reaction, 9)
+    add_spring_gradient(residual, work, i, edges)
+    if hessian:
+        for p in range(6):
+            stiffness[p] = B[o + p] + rate * viscous[o + p]
+        spring_hessian(work, stiffness, 0, k, mu, a, a1, ra, b, b1, rb)
+        add_spring_hessian(lower, work, i, edges)
+    power: float = dot(resisting, rates)
+    return power
+
+
+@inline
+def add_load(
+    x: Array, V: Array, f: Array, C: Array, factor: float, i: int, hessian: bool, residual: Array, lower: Array
+) -> float:
+    """Minus the force, factor (f + C x), on vertex i; returns its power."""
+    o = 6 * i
+    force = scaled(factor, plus(vector(f, 3 * i), symmetric_times(C, o, vector(x, 3 * i))))
+    add(residual, 4 * i, scaled(-1.0, force))
+    if hessian:
+        column = LOWER * 4 * i
+        lower[column] -= factor * C[o]
+        lower[column + 1] -= factor * C[o + 5]
+        lower[column + 2] -= factor * C[o + 4]
+        lower[column + LOWER] -= factor * C[o + 1]
+        lower[column + LOWER + 1] -= factor * C[o + 3]
+        lower[column + 2 * LOWER] -= factor * C[o + 2]
+    power: float = dot(force, vector(V, 4 * i))
+    return power
+
+
+@inline
+def add_moment(residual: Array, j: int, t: Vector, r: float, W: Vector) -> None:
+    """A couple W that edge j takes up: W.t by its angle, W x t / |e| by its ends."""
+    force = scaled(r, cross(W, t))
+    add(residual, 4 * j - 4, scaled(-1.0, force))
+    add(residual, 4 * j, force)
+    residual[4 * j - 1] += dot(W, t)
+
+
+@inline
+def drag_on(
+    v: Vector, fluid: Vector, t: Vector, half: float, drag: Array, rate: float, o: int, hessian: bool, residual: Array,
+    lower: Array,
+) -> tuple[float, float]:  # fmt: skip
+    """Drag on half an edge, with w = v - fluid split along and across t; returns the power lost, and the fluid's.
+
+    f = half ((c0 + c2 |w_t|) w_t + (c1 + c3 |w_n|) w_n)
+    """
+    w = minus(v, fluid)
+    along = dot(w, t)
+    normal = mix(1.0, w, -along, t)
+    size = math.sqrt(dot(normal, normal))
+    c_t = half * (drag[ALONG] + drag[2 + ALONG] * abs(along))
+    c_n = half * (drag[ACROSS] + drag[2 + ACROSS] * size)
+    force = mix(c_t * along, t, c_n, normal)
+    add(residual, o, force)
+    if hessian:
+        c_t += half * drag[2 + ALONG] * abs(along)
+        add_symmetric(lower, o, rate * c_n, t, rate * (c_t - c_n))
+        if size > 0.0:
+            add_symmetric(lower, o, 0.0, scaled(1.0 / size, normal), rate * half * drag[2 + ACROSS] * size)
+    return dot(force, w), -dot(force, fluid)
+
+
+@inline
+def slow(V: Array, rate: float, slowness: float, mass: Array, hessian: bool, residual: Array, lower: Array) -> float:
+    """Damping proportional to the mass in the vertices; returns the power it dissipates."""
+    power = 0.0
+    for k in range(residual.size):
+        resisting = slowness * mass[k] * V[k]
+        residual[k] += resisting
+        power += resisting * V[k]
+        if hessian:
+            lower[LOWER * k] += rate * slowness * mass[k]
+    return power
+
+
+@jit
+def forces(
+    old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
+) -> None:
+    """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
+    _, _, residual, lower, work, later, before, expected, reaction, power = space
+    rod, loads, couples, mass, _, slowness, viscous, viscous_stretch, drag, _, inextensible = body
+    B, kappa0, l, EA, T, first, stop = rod
+    f, C = loads
+    x, t, d1, m = now
+    x0 = old.x
+    _, later_t, later_d, _ = later  # arrays by themselves: every look into a tuple counts references
+    residual[:] = 0.0
+    reaction[:] = 0.0
+    if hessian:
+        lower[:] = 0.0
+    stiffness = work[WORK:]
+    fluid, factor = vector(row, FLUID), row[FACTOR]
+    dragged = drag[0] + drag[1] + drag[2] + drag[3] > 0.0
+    lost = of_loads = 0.0
+    for i in range(l.size + 1):
+        if i > 0:
+            lost += stretching(
+                x0, x, V, rate, l[i - 1], EA[i - 1], T[i - 1], viscous_stretch[i - 1], inextensible, i, ends, hessian,
+                residual, lower, expected,
+            )  # fmt: skip
+            tangent, couple = vector(t, 3 * i), scaled(factor, vector(couples, 3 * i - 3))
+            if dot(couple, couple) > 0.0:
+                r = 1.0 / length(x, i, l.size)
+                add_moment(residual, i, tangent, r, scaled(-1.0, couple))
+                turning = scaled(r, cross(tangent, minus(vector(V, 4 * i), vector(V, 4 * i - 4))))
+                of_loads += dot(couple, turning) + dot(couple, tangent) * V[4 * i - 1]
+            if dragged:
+                for o in (4 * i - 4, 4 * i):
+                    half = 0.5 * l[i - 1]
+                    taken, given = drag_on(vector(V, o), fluid, tangent, half, drag, rate, o, hessian, residual, lower)
+                    lost += taken
+                    of_loads += given
+        if first <= i < stop:
+            lost += spring(
+                x, t, d1, m, before, later_t, later_d, ends, V, rate, B, kappa0, viscous, row, i, hessian, residual,
+                lower, work, stiffness, reaction,
+            )  # fmt: skip
+        of_loads += add_load(x, V, f, C, factor, i, hessian, residual, lower)
+    if slowness > 0.0:
+        lost += slow(V, rate, slowness, mass, hessian, residual, lower)
+    power[0], power[1] = lost, of_loads
+
+
+# One stage
+
+
+@inline
+def spin_change(
+    x0: Array, t0: Array, x: Array, t: Array, V: Array, start: Array, rate: float, J: float, j: int, ends: bool, r: float,
+) -> Vector:  # fmt: skip
+    """(J omega t)' of edge j: by eq. (3) between the ends of a midpoint step, else J omega' t + J omega t'."""
+    tangent, spin, before = vector(t, 3 * j), V[4 * j - 1], start[4 * j - 1]
+    if ends:
+        later, factor = unit(mix(2.0, edge(x, j), -1.0, edge(x0, j))), 0.5 * rate * J
+        change: Vector = mix(factor * (2.0 * spin - before), later, -factor * before, vector(t0, 3 * j))
+        return change
+    turning = scaled(r, across(tangent, minus(vector(V, 4 * j), vector(V, 4 * j - 4))))
+    other: Vector = mix(J * (spin - before) * rate, tangent, J * spin, turning)
+    return other
+
+
+@inline
+def add_spread(V: Array, start: Array, rate: float, c: float, j: int, residual: Array, lower: Array) -> None:
+    """What mass spread along edge j takes off: -c e''."""
+    o = 4 * j
+    later, before = minus(vector(V, o), vector(V, o - 4)), minus(vector(start, o), vector(start, o - 4))
+    force = scaled(c * rate, minus(later, before))
+    add(residual, o - 4, force)
+    add(residual, o, scaled(-1.0, force))
+    for p in range(3):
+        lower[LOWER * (o - 4 + p)] -= c * rate * rate
+        lower[LOWER * (o + p)] -= c * rate * rate
+        lower[LOWER * (o - 4 + p) + 4] += c * rate * rate
+
+
+@jit
+def add_inertia(
+    old: State, now: State, V: Array, start: Array, rate: float, body: Body, ends: bool, residual: Array, lower: Array
+) -> None:
+    """M (V - V_ref) / tau to the residual, M / tau^2 to the band."""
+    mass, spread = body.mass, body.spread
+    x0, t0, _, _ = old
+    x, t, _, _ = now
+    for i in range(spread.size + 1):
+        m = mass[4 * i]
+        add(residual, 4 * i, scaled(m * rate, minus(vector(V, 4 * i), vector(start, 4 * i))))
+        for p in range(3):
+            lower[LOWER * (4 * i + p)] += m * rate * rate
+        if i > 0:
+            add_spread(V, start, rate, spread[i - 1], i, residual, lower)
+            J, r = mass[4 * i - 1], 1.0 / length(x, i, spread.size)
+            add_moment(residual, i, vector(t, 3 * i), r, spin_change(x0, t0, x, t, V, start, rate, J, i, ends, r))
+            lower[LOWER * (4 * i - 1)] += J * rate * rate
+
+
+@inline
+def hold(row: Array, body: Body, old: State, V: Array, step: Array) -> None:
+    """The held vertices' step and velocity, from the drive."""
+    last = 4 * body.rod.l.size
+    for p in range(3):
+        if body.fixed[p]:
+            step[p] = row[POSITION + p] - old.x[p]
+            V[p] = row[VELOCITY + p]
+        if body.fixed[last + p]:
+            step[last + p] = row[POSITION + 3 + p] - old.x[3 * body.rod.l.size + p]
+            V[last + p] = row[VELOCITY + 3 + p]
+
+
+@inline
+def set_ghosts(row: Array, tangent: int, director: int, now: State) -> None:
+    """The clamps' frames, from the drive."""
+    last = now.t.size - 3
+    for p in range(3):
+        now.t[p], now.t[last + p] = row[tangent + p], row[tangent + 3 + p]
+        now.d1[p], now.d1[last + p] = row[director + p], row[director + 3 + p]
+
+
+@jit
+def place(old: State, base: Array, tau: float, V: Array, row: Array, body: Body, step: Array, now: State) -> None:
+    """q = q_ref + tau V, frames and supports included."""
+    for k in range(step.size):
+        step[k] = base[k] + tau * V[k]
+    hold(row, body, old, V, step)
+    advance(old, step, 1.0, now)
+    set_ghosts(row, TANGENT, DIRECTOR, now)
+    now.m[:] = old.m
+
+
+@inline
+def to_velocity(old: State, now: State, rate: float, change: Array, V: Array) -> None:
+    """V += rate change, with the spin turned from the stage's own chart to that of the step's start.
+
+    d theta = d phi.t + (t0 x t).dt / (1 + t0.t)
+    """
+    x, tangents, _, _ = now
+    before = old.t
+    edges = x.size // 3 - 1
+    for j in range(1, edges + 1):
+        t0, t, e = vector(before, 3 * j), vector(tangents, 3 * j), edge(x, j)
+        de = minus(vector(change, 4 * j), vector(change, 4 * j - 4))
+        V[4 * j - 1] += rate * (change[4 * j - 1] + dot(cross(t0, t), de) / ((1.0 + dot(t0, t)) * math.sqrt(dot(e, e))))
+    for i in range(edges + 1):
+        add(V, 4 * i, scaled(rate, vector(change, 4 * i)))
+
+
+@inline
+def renew_tension(now: State, change: Array, rate: float, body: Body, expected: Array) -> None:
+    """What the change on its way makes of the tension, to first order; for an inextensible rod that is its multiplier.
+
+    Newton's matrix takes the tension from here and not from the edges' lengths: a stiff edge that turns is far too long
+    before the last iteration (D. Magisano, L. Leonetti, G. Garcea, Comput. Methods Appl. Mech. Eng. 313 (2017) 265).
+    """
+    for j in range(1, expected.size + 1):
+        e = edge(now.x, j)
+        de = minus(vector(change, 4 * j), vector(change, 4 * j - 4))
+        EA = body.rod.EA[j - 1] * (2.0 if body.inextensible else 1.0)
+        stiff = EA + rate * body.viscous_stretch[j - 1]
+        expected[j - 1] += stiff * dot(unit(e), de) / body.rod.l[j - 1]
+        if body.inextensible:
+            body.rod.T[j - 1] = expected[j - 1]
+
+
+@inline
+def turn_frames(now: State, step: Array, state: State) -> None:
+    """Carry the directors from `now` to the state's edges, and turn them by the step's angles."""
+    _, tangents, directors, _ = now
+    x, new_tangents, new_directors, _ = state
+    for j in range(1, x.size // 3):
+        t, tangent = vector(tangents, 3 * j), unit(edge(x, j))
+        d = vector(directors, 3 * j)
+        s = dot(d, tangent) / (1.0 + dot(t, tangent))
+        director = unit(across(tangent, mix(1.0, d, -s, mix(1.0, t, 1.0, tangent))))
+        theta = step[4 * j - 1]
+        turned = mix(math.cos(theta), director, math.sin(theta), cross(tangent, director))
+        store(new_tangents, 3 * j, tangent)
+        store(new_directors, 3 * j, turned)
+
+
+@jit
+def stage(
+    old: State, start: Array, tau: float, V: Array, body: Body, row: Array, ends: bool, tolerance: float, space: Space,
+    now: State,
+) -> int:  # fmt: skip
+    """Solve eq. (1) from a guess of V, which it replaces; `now` is where the rod then is. Return the iterations, or -1.
+
+    `tolerance` bounds Newton's last change, as a turn in rad; what is left is its square or a small part of it.
+    """
+    base, step, residual, lower, _, later, before, expected, reaction, _ = space
+    rate, n = 1.0 / tau, V.size
+    last = np.inf
+    if ends:
+        strains(old, body.rod.first, body.rod.stop, before)
+    if body.inextensible:
+        body.rod.EA[:] = PENALTY * rate * rate
+    for iteration in range(1, MOST_ITERATIONS + 1):
+        place(old, base, tau, V, row, body, step, now)
+        if ends:
+            for p in range(now.x.size):
+                later.x[p] = 2.0 * now.x[p] - old.x[p]
+            turn_frames(now, step, later)
+            set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, later)
+        forces(old, now, V, rate, body, row, ends, True, space)
+        add_inertia(old, now, V, start, rate, body, ends, residual, lower)
+        for p in range(3):
+            reaction[p], reaction[6 + p] = residual[p], residual[n - 3 + p]
+        band.fix(lower, residual, body.fixed)
+        if band.factor(lower, n) < 0:
+            return -1
+        for k in range(n):
+            residual[k] = -residual[k]
+        band.solve(lower, n, residual)
+        size = largest_turn(body.rod.l, residual)
+        if not size < LARGEST_TURN or (iteration > PATIENCE and size > max(last, FLOOR)):
+            return -1
+        renew_tension(now, residual, rate, body, expected)
+        to_velocity(old, now, rate, residual, V)
+        if iteration > 1 and (size <= tolerance or (size <= FLOOR and size > 0.5 * last)):
+            place(old, base, tau, V, row, body, step, now)
+            return iteration
+        last = size
+    return -1
+
+
+@inline
+def settle(now: State, body: Body) -> None:
+    """Keep the twists, so that whole turns are not lost."""
+    for i in range(body.rod.first, body.rod.stop):
+        now.m[i] = strain(now.t, now.d1, now.m, i)[2]
+
+
+@inline
+def power_of_supports(body: Body, row: Array, reaction: Array) -> float:
+    """Force times velocity and moment times turning of both supports."""
+    power, last = 0.0, 4 * body.rod.l.size
+    for p in range(3):
+        if body.fixed[p]:
+            power += reaction[p] * row[VELOCITY + p]
+        if body.fixed[last + p]:
+            power += reaction[6 + p] * row[VELOCITY + 3 + p]
+        power += reaction[3 + p] * row[SPIN + p] + reaction[9 + p] * row[SPIN + 3 + p]
+    return power
+
+
+# Methods
+
+
+@jit
+def midpoint_steps(
+    state: State, V: Array, pull: Array, h: float, steps: int, drive: Array, body: Body, space: Space, now: State,
+    velocity: Array, tally: Array, tolerance: float,
+) -> int:  # fmt: skip
+    """Make steps of the midpoint rule, the k-th with row k of the drive (the last one again where there are no more).
+
+    State, velocities V, tally and the last acceleration `pull`, by which the next step is guessed, are replaced. Returns
+    Newton's iterations, or minus (1 + the steps that were made) where one does not converge; state and V are then those
+    before it.
+    """
+    base, step = space.base, space.step
+    tau = 0.5 * h
+    rows = drive.size // ROW
+    n = V.size
+    iterations = 0
+    base[:] = 0.0
+    for k in range(steps):
+        row = drive[ROW * min(k, rows - 1) : ROW * min(k, rows - 1) + ROW]
+        for p in range(n):
+            velocity[p] = V[p] + tau * pull[p]
+        done = stage(state, V, tau, velocity, body, row, True, tolerance, space, now)
+        if done < 0:
+            return -1 - k
+        iterations += done
+        settle(now, body)
+        tally[DISSIPATED] += h * space.power[0]
+        tally[OF_LOADS] += h * space.power[1]
+        tally[OF_SUPPORTS] += h * power_of_supports(body, row, space.reaction)
+        hold(row, body, state, velocity, step)
+        for p in range(n):
+            pull[p] = 2.0 * (velocity[p] - V[p]) / h
+            V[p] = 2.0 * velocity[p] - V[p]
+            step[p] = tau * velocity[p]
+        for p in range(3):
+            if body.fixed[p]:
+                V[p], pull[p] = row[NEXT_VELOCITY + p], 0.0
+            if body.fixed[n - 3 + p]:
+                V[n - 3 + p], pull[n - 3 + p] = row[NEXT_VELOCITY + 3 + p], 0.0
+        for p in range(state.x.size):  # x_1 = x_0 + h v, not 2 x - x_0: that would round
+            state.x[p] += h * velocity[4 * (p // 3) + p % 3]
+        turn_frames(now, step, state)
+        set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, state)
+        state.m[:] = now.m
+        settle(state, body)
+    return iterations
+
+
+@jit
+def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A: Array) -> None:
+    """V' = -M^-1 (G + J omega t'), 0 where a support holds."""
+    forces(now, now, V, 0.0, body, row, False, False, space)
+    edges = body.rod.l.size
+    for j in range(1, edges + 1):
+        t, r = vector(now.t, 3 * j), 1.0 / length(now.x, j, edges)
+        turning = scaled(r, across(t, minus(vector(V, 4 * j), vector(V, 4 * j - 4))))
+        add_moment(space.residual, j, t, r, scaled(body.mass[4 * j - 1] * V[4 * j - 1], turning))
+    for p in range(3):
+        space.reaction[p], space.reaction[6 + p] = space.residual[p], space.residual[V.size - 3 + p]
+    if body.spread[0] == 0.0:
+        for k in range(V.size):
+            A[k] = 0.0 if body.fixed[k] else -space.residual[k] / body.mass[k]
+        return
+    A[:] = space.residual
+    space.lower[:] = 0.0
+    add_inertia(now, now, V, V, 1.0, body, False, space.residual, space.lower)
+    band.fix(space.lower, A, body.fixed)
+    band.factor(space.lower, V.size)
+    band.solve(space.lower, V.size, A)
+    for k in range(V.size):
+        A[k] = -A[k]
+
+
+@jit
+def verlet_steps(
+    state: State, V: Array, A: Array, h: float, steps: int, drive: Array, body: Body, space: Space, now: State,
+    tally: Array,
+) -> int:  # fmt: skip
+    """Make steps of Stoermer and Verlet's method, the k-th to row k of the drive; A are the accelerations at the start.
+
+    Returns the steps, or minus (1 + the steps that were made) where numbers run away.
+    """
+    rows = drive.size // ROW
+    space.base[:] = 0.0
+    for k in range(steps):
+        row = drive[ROW * min(k, rows - 1) : ROW * min(k, rows - 1) + ROW]
+        for p in range(V.size):
+            V[p] += 0.5 * h * A[p]
+        place(state, space.base, h, V, row, body, space.step, now)
+        settle(now, body)
+        for half in range(2):  # the powers at both ends of the step, by halves
+            tally[DISSIPATED] += 0.5 * h * space.power[0]
+            tally[OF_LOADS] += 0.5 * h * space.power[1]
+            tally[OF_SUPPORTS] += 0.5 * h * power_of_supports(body, row, space.reaction)
+            if half == 0:
+                accelerations(now, V, body, row, space, A)
+        for p in range(V.size):
+            V[p] += 0.5 * h * A[p]
+        if not largest_turn(body.rod.l, space.step) < LARGEST_TURN:
+            return -1 - k
+        state.x[:] = now.x
+        state.t[:] = now.t
+        state.d1[:] = now.d1
+        state.m[:] = now.m
+    return steps
+
+
+@jit
+def tr_bdf2_step(
+    state: State, V: Array, A: Array, h: float, drive: Array, body: Body, space: Space, middle: State, now: State,
+    V1: Array, error: Array, power: Array, tolerance: float,
+) -> int:  # fmt: skip
+    """Try one step of TR-BDF2, to (now, V1), from (state, V) with the accelerations A; three rows of the drive.
+
+    `error` gets the estimated error of the packed positions, `power` the three powers at the end; A is replaced by that at
+    the end. Returns Newton's iterations, or -1.
+    """
+    n = V.size
+    tau = 0.5 * GAMMA * h
+    start = np.empty(n)
+    V_middle = np.empty(n)
+    first, second = drive[ROW : 2 * ROW], drive[2 * ROW : 3 * ROW]
+    for k in range(n):
+        space.base[k] = tau * V[k]
+        start[k] = V[k] + tau * A[k]
+        V_middle[k] = V[k] + 2.0 * tau * A[k]
+    done = stage(state, start, tau, V_middle, body, first, False, tolerance, space, middle)
+    if done < 0:
+        return -1
+    settle(middle, body)
+    share = 1.0 / (GAMMA * (2.0 - GAMMA))
+    for k in range(n):
+        space.base[k] = share * space.step[k]
+        V1[k] = V_middle[k] + (1.0 - GAMMA) / GAMMA * (V_middle[k] - V[k])
+        start[k] = V[k] + share * (V_middle[k] - V[k])
+    more = stage(state, start, tau, V1, body, second, False, tolerance, space, now)
+    if more < 0:
+        return -1
+    now.m[:] = middle.m
+    settle(now, body)
+    c = 2.0 * h * (-3.0 * GAMMA * GAMMA + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA))
+    for k in range(n):
+        A[k] = (V1[k] - V[k]) / h if body.fixed[k] else (V1[k] - start[k]) / tau
+        error[k] = c * (V[k] / GAMMA - V_middle[k] / (GAMMA * (1.0 - GAMMA)) + V1[k] / (1.0 - GAMMA))
+    power[0], power[1], power[2] = space.power[0], space.power[1], power_of_supports(body, second, space.reaction)
+    return done + more
+
+
+# What is measured
+
+
+@jit
+def measures(state: State, V: Array, body: Body, factor: float, result: Array) -> None:
+    """Kinetic energy, bending, twist, stretching, loads' potential; momentum; angular momentum about the origin: (11)."""
+    x = state.x
+    result[:] = 0.0
+    for i in range(body.rod.l.size + 1):
+        m, v = body.mass[4 * i], vector(V, 4 * i)
+        result[0] += 0.5 * m * dot(v, v)
+        add(result, 5, scaled(m, v))
+        add(result, 8, scaled(m, cross(vector(x, 3 * i), v)))
+        result[4] += factor * load_energy(x, body.loads.f, body.loads.C, i)
+        if i > 0:
+            J, spin = body.mass[4 * i - 1], V[4 * i - 1]
+            c, de = body.spread[i - 1], minus(v, vector(V, 4 * i - 4))
+            result[0] += 0.5 * (J * spin * spin - c * dot(de, de))
+            add(result, 8, scaled(-c, cross(edge(x, i), de)))
+            add(result, 8, scaled(J * spin, vector(state.t, 3 * i)))
+    parts = np.empty(4)
+    energy(state, body.rod, body.loads, parts)
+    result[1], result[2], result[3] = parts[0], parts[1], 0.0 if body.inextensible else parts[2]

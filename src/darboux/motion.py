@@ -1,0 +1,311 @@
+"""The motion of one filament: a problem, how it starts, what moves and what brakes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import checks, profile
+from darboux.checks import assign, description
+from darboux.errors import InvalidInput
+from darboux.problem import Equilibrium
+from darboux.solution import EquilibriumSolution
+
+Array = NDArray[np.float64]
+
+SAMPLES = 257  # times at which functions of time are looked at before a run
+SAME = 1e-6  # relative to the length: a support and what moves it begin in one place
+
+
+@description
+class Moving:
+    """How a held end moves: position and orientation as functions of time.
+
+    Arguments: ``position`` a function of t in s that returns (3,) in m, fixed frame; ``frame`` a function of t that
+    returns (3, 3), columns d1, d2, d3 (for a clamp). Whichever is None stays as the support has it. Both begin where the
+    support is; velocities are their differences.
+    """
+
+    position: Any = None
+    frame: Any = None
+
+    def __post_init__(self) -> None:
+        for name in ("position", "frame"):
+            value = getattr(self, name)
+            if value is not None and not callable(value):
+                raise InvalidInput(f"moving.{name} is {checks.shown(value)}; it must be a function of the time t in s.")
+        if self.position is None and self.frame is None:
+            raise InvalidInput("moving.position and moving.frame are both missing; give one as a function of the time.")
+
+
+class Damping:
+    """What takes energy from a motion; there is none but what is asked for."""
+
+
+@description
+class MassDamping(Damping):
+    """A force against the motion, proportional to mass: f = -rate rhoA r_t, and likewise for the spin.
+
+    Argument: ``rate`` in 1/s. Free oscillations die out as exp(-rate t / 2).
+    """
+
+    rate: float
+
+    def __post_init__(self) -> None:
+        assign(self, rate=checks.not_negative("mass_damping.rate", self.rate, "1/s"))
+
+
+@description
+class KelvinVoigt(Damping):
+    """Inner friction: stresses of strain rates.
+
+        m = B (k - k0) + B diag(bending, bending, twist) k_t,     n3 = EA (v3 - 1) + EA stretch v3_t
+
+    Arguments: ``bending``, ``twist`` and ``stretch``, each the viscosity over the stiffness, in s.
+    """
+
+    bending: float = 0.0
+    twist: float = 0.0
+    stretch: float = 0.0
+
+    def __post_init__(self) -> None:
+        names = ("bending", "twist", "stretch")
+        assign(self, **{n: checks.not_negative(f"kelvin_voigt.{n}", getattr(self, n), "s") for n in names})
+
+
+class _Drag(Damping):
+    """The force of a fluid on the rod's side."""
+
+    along: float
+    across: float
+    fluid: Any
+
+    def _check(self, name: str, unit: str) -> None:
+        for field in ("along", "across"):
+            assign(self, **{field: checks.not_negative(f"{name}.{field}", getattr(self, field), unit)})
+        if not callable(self.fluid):
+            assign(self, fluid=checks.vector(f"{name}.fluid", self.fluid, "m/s"))
+
+
+@description
+class LinearDrag(_Drag):
+    """Viscous drag by resistive-force theory, w = r_t - fluid the velocity against the fluid.
+
+        f = -along (w.d3) d3 - across (w - (w.d3) d3)
+
+    Arguments: ``along`` and ``across`` in N s/m^2; ``fluid`` the fluid's velocity in m/s, (3,) or a function of t.
+    Source: J. Gray, G. J. Hancock, J. Exp. Biol. 32 (1955) 802.
+    """
+
+    along: float
+    across: float
+    fluid: Any = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        self._check("linear_drag", "N s/m^2")
+
+
+@description
+class QuadraticDrag(_Drag):
+    """Drag of a fast flow, each part by the square of its own velocity, w = r_t - fluid.
+
+        f = -along |w_t| w_t - across |w_n| w_n,     w_t = (w.d3) d3,  w_n = w - w_t
+
+    Arguments: ``along`` and ``across`` in N s^2/m^3, such as 1/2 rho_f d C; ``fluid`` as in ``LinearDrag``.
+    Source: G. I. Taylor, Proc. R. Soc. A 214 (1952) 158.
+    """
+
+    along: float
+    across: float
+    fluid: Any = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        self._check("quadratic_drag", "N s^2/m^3")
+
+
+@description
+class Motion:
+    """The motion of a rod from t = 0 on.
+
+        rhoA r_tt = n' + f,     (J spin d3)_t = m' + r' x n + l
+
+    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads; ``duration`` in s; ``initial`` the
+    shape at the start: None (the unloaded rod, laid at its support), an ``EquilibriumSolution`` of the same rod, or a
+    function of s (n,) that returns r (n, 3) in m; ``velocity`` at the start in m/s: None (at rest), (3,), or a function
+    of s that returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
+    ``Moving`` where the support moves; ``load_factor`` a function of t that multiplies all loads; ``damping`` a sequence of
+    ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the time in s from which on an end is
+    free, as in ``release={"end": 0.2}`` (both ends at 0: free flight); ``rotary_inertia`` J per length about the tangent in
+    kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1 + I2) for a section of one material.
+    Raises ``InvalidInput``.
+    """
+
+    problem: Equilibrium
+    duration: float
+    initial: Any = None
+    velocity: Any = None
+    spin: Any = 0.0
+    start: Any = None
+    end: Any = None
+    load_factor: Any = None
+    damping: Any = ()
+    release: Any = ()
+    rotary_inertia: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.instance("motion.problem", self.problem, Equilibrium, "an Equilibrium")
+        assign(self, duration=checks.positive("motion.duration", self.duration, "s"))
+        damping = (self.damping,) if isinstance(self.damping, Damping) else self.damping
+        if not isinstance(damping, list | tuple):
+            raise InvalidInput(
+                f"motion.damping is {checks.shown(damping)}; it must be a list, such as [MassDamping(2.0)]."
+            )
+        for i, part in enumerate(damping):
+            checks.instance(f"motion.damping[{i}]", part, Damping, "a damping, such as MassDamping(2.0)")
+        assign(self, damping=tuple(damping), release=self._releases())
+        if self.rotary_inertia is not None:
+            assign(self, rotary_inertia=checks.positive("motion.rotary_inertia", self.rotary_inertia, "kg m"))
+        self._check_initial()
+        self._check_mass()
+        self._check_functions()
+
+    def _releases(self) -> tuple[tuple[str, float], ...]:
+        pairs = self.release.items() if isinstance(self.release, dict) else self.release
+        try:
+            pairs = [(at, time) for at, time in pairs]
+        except (TypeError, ValueError):
+            raise InvalidInput(
+                f"motion.release is {checks.shown(self.release)}; it must name an end and a time, as {{'end': 0.2}}."
+            ) from None
+        result = []
+        for at, time in pairs:
+            at = checks.choice("motion.release", at, ("start", "end"))
+            result.append((at, checks.not_negative(f"motion.release[{at!r}]", time, "s")))
+        return tuple(sorted(result, key=lambda pair: pair[1]))
+
+    def _check_initial(self) -> None:
+        rod = self.problem.rod
+        if isinstance(self.initial, EquilibriumSolution):
+            if self.initial.problem.rod != rod:
+                raise InvalidInput("motion.initial is the equilibrium of another rod; solve it for motion.problem.rod.")
+        elif self.initial is not None and not callable(self.initial):
+            raise InvalidInput(
+                f"motion.initial is {checks.shown(self.initial)}; it must be None, an EquilibriumSolution or a function of s."
+            )
+        if self.velocity is not None:
+            profile.vector("motion.velocity", self.velocity, "m/s")
+            assign(self, velocity=profile.frozen(self.velocity))
+        profile.scalar("motion.spin", self.spin, "rad/s", "any")
+
+    def _check_mass(self) -> None:
+        rod = self.problem.rod
+        mass = rod.stiffness(np.linspace(0.0, rod.length, 17)).mass
+        field = "material.density" if rod.section.needs_material else "section.mass"
+        if mass is None:
+            raise InvalidInput(f"{field} is missing; a rod needs mass to move. Give it.")
+        if np.any(mass <= 0.0):
+            raise InvalidInput(f"{field} is 0; a rod needs mass to move. Give a positive one.")
+
+    def _check_functions(self) -> None:
+        for at in ("start", "end"):
+            moving, support = getattr(self, at), getattr(self.problem, at)
+            if moving is None:
+                continue
+            checks.instance(f"motion.{at}", moving, Moving, "None or Moving(position=..., frame=...)")
+            if not all(support.held_displacement):
+                raise InvalidInput(
+                    f"motion.{at} moves, but problem.{at} is {type(support).__name__}(), which does not hold it."
+                )
+            if moving.frame is not None and not support.clamps:
+                raise InvalidInput(f"motion.{at}.frame turns the end, but problem.{at} is no clamp; leave frame out.")
+            gap = np.linalg.norm(self.position(at, 0.0) - np.array(support.position))
+            turned = np.max(np.abs(self.frame(at, 0.0) - support.R))
+            if gap > SAME * self.problem.rod.length or turned > SAME:
+                raise InvalidInput(
+                    f"motion.{at} begins at {checks.shown(self.position(at, 0.0))} m, off the support's place or turned against "
+                    "it; make both agree at t = 0."
+                )
+        times = np.linspace(0.0, self.duration, SAMPLES)
+        for t in times:
+            self.factor(float(t))
+        self._check_distance(times)
+
+    def _check_distance(self, times: Array) -> None:
+        problem = self.problem
+        both = all(problem.start.held_displacement) and all(problem.end.held_displacement)
+        if not both or problem.rod.stretch or (self.start is None and self.end is None):
+            return
+        for t in times:
+            distance = float(np.linalg.norm(self.position("end", float(t)) - self.position("start", float(t))))
+            if distance > problem.rod.length * (1.0 + 1e-9):
+                raise InvalidInput(
+                    f"motion: at t = {t:g} s the ends are {distance:g} m apart, but the rod is {problem.rod.length:g} m long and "
+                    "does not stretch. Move them less or set stretch=True."
+                )
+
+    # -- what is asked at a time ---------------------------------------------------------------------------------
+
+    def position(self, at: str, t: float) -> Array:
+        """Return where the support ``at`` is at the time t: (3,) in m."""
+        moving = getattr(self, at)
+        if moving is None or moving.position is None:
+            return np.array(getattr(self.problem, at).position)
+        return _vector_at(f"motion.{at}.position", moving.position, t, "m")
+
+    def frame(self, at: str, t: float) -> Array:
+        """Return the orientation of the support ``at`` at the time t: (3, 3)."""
+        moving = getattr(self, at)
+        if moving is None or moving.frame is None:
+            return np.asarray(getattr(self.problem, at).R)
+        return np.asarray(_at_time(f"motion.{at}.frame", moving.frame, t, checks.rotation))
+
+    def factor(self, t: float) -> float:
+        """Return the factor of all loads at the time t."""
+        if self.load_factor is None:
+            return 1.0
+        if not callable(self.load_factor):
+            raise InvalidInput(
+                f"motion.load_factor is {checks.shown(self.load_factor)}; it must be a function of the time t."
+            )
+        return float(_at_time("motion.load_factor", self.load_factor, t, checks.number))
+
+    def fluid(self, t: float) -> Array:
+        """Return the velocity of the fluid at the time t: (3,) in m/s; all drags share one."""
+        for part in self.damping:
+            if isinstance(part, _Drag):
+                if not callable(part.fluid):
+                    return np.array(part.fluid)
+                return _vector_at("drag.fluid", part.fluid, t, "m/s")
+        return np.zeros(3)
+
+    @property
+    def steady(self) -> bool:
+        """True where neither supports nor loads nor the fluid change in time."""
+        moving = self.start is not None or self.end is not None or self.load_factor is not None
+        return not moving and not any(isinstance(part, _Drag) and callable(part.fluid) for part in self.damping)
+
+    @property
+    def events(self) -> tuple[float, ...]:
+        """The times in s, within the duration, at which an end is released."""
+        return tuple(t for _, t in self.release if 0.0 < t < self.duration)
+
+    def held(self, at: str, t: float) -> bool:
+        """Return whether the support ``at`` still holds the end just after the time t."""
+        released = any(end == at and time <= t for end, time in self.release)
+        return getattr(self.problem, at).holds and not released
+
+
+def _vector_at(field: str, function: Callable[[float], Any], t: float, unit: str) -> Array:
+    return np.asarray(_at_time(field, function, t, lambda name, value: checks.array(name, value, (3,), unit)))
+
+
+def _at_time(field: str, function: Callable[[float], Any], t: float, check: Callable[[str, Any], Any]) -> Any:
+    """Return a checked value of a user's function of time; what is wrong with it is said with the time."""
+    try:
+        value = function(t)
+    except Exception as error:
+        raise InvalidInput(f"{field} failed at t = {t:g} s: {type(error).__name__}: {error}.") from error
+    return check(f"{field} at t = {t:g} s", value)

@@ -1,0 +1,180 @@
+"""What a motion did: shapes, velocities, energies and momenta at the recorded times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import checks
+from darboux.errors import InvalidInput, NotConverged
+from darboux.motion import Motion
+from darboux.solution import Status
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MotionEnergy:
+    """Energies in J at the recorded times, each (n,).
+
+    ``kinetic``, with the spin's; elastic ``bending``, ``twist``, ``stretch``; ``load`` the potential of the loads as they
+    are at that time; ``dissipated`` by damping since the start; ``work`` since the start of moving supports, of loads that
+    change in time, of couples and of the fluid.
+    """
+
+    kinetic: Array
+    bending: Array
+    twist: Array
+    stretch: Array
+    load: Array
+    dissipated: Array
+    work: Array
+
+    @property
+    def elastic(self) -> Array:
+        """Bending, twist and stretch together."""
+        return self.bending + self.twist + self.stretch
+
+    @property
+    def total(self) -> Array:
+        """Kinetic, elastic and potential energy."""
+        return self.kinetic + self.elastic + self.load
+
+    @property
+    def balance(self) -> Array:
+        """total + dissipated - work, which the exact motion keeps constant."""
+        return self.total + self.dissipated - self.work
+
+    @property
+    def drift(self) -> float:
+        """The largest change of the balance, over the largest change or amount of energy in the motion."""
+        size = max(float(np.max(self.kinetic + self.elastic)), float(np.ptp(self.load)), float(np.ptp(self.dissipated)))
+        return float(np.max(np.abs(self.balance - self.balance[0]))) / size if size > 0.0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """The rod at one time.
+
+    ``s`` (N + 1,) and the vertices' ``r`` in m and ``velocity`` in m/s, (N + 1, 3); the edges' frames ``R`` (N, 3, 3), at the
+    middles between the vertices, and ``spin`` (N,) about their tangents in rad/s.
+    """
+
+    t: float
+    s: Array
+    r: Array
+    velocity: Array
+    R: Array
+    spin: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """The answer of ``simulate``.
+
+    ``times`` (n,) in s; vertices' arc lengths ``s``, ``positions`` (n, N + 1, 3) in m and ``velocities`` in m/s; edges' first
+    ``directors`` (n, N, 3) and ``spins`` (n, N) in rad/s; ``energy``; ``momentum`` in kg m/s and ``angular_momentum`` about the
+    origin in kg m^2/s, (n, 3). ``status`` says how the run ended; ``statistics`` counts.
+
+    Code of the status: "converged"; "drift" where the balance of energy drifts by more than the tolerance;
+    "no_convergence", with what was reached; "stopped" where the user stopped it.
+    """
+
+    motion: Motion
+    method: Any
+    status: Status
+    s: Array
+    times: Array
+    positions: Array
+    velocities: Array
+    directors: Array
+    spins: Array
+    energy: MotionEnergy
+    momentum: Array
+    angular_momentum: Array
+    statistics: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def converged(self) -> bool:
+        """True where the whole duration was reached and energy did not drift."""
+        return self.status.converged
+
+    def check(self) -> Trajectory:
+        """Return the trajectory, or raise ``NotConverged`` where it broke off."""
+        if self.status.code == "no_convergence":
+            raise NotConverged(self.status.message, self)
+        return self
+
+    @property
+    def tip(self) -> Array:
+        """The positions (n, 3) in m of the free end; of s = length where both are held."""
+        problem = self.motion.problem
+        return self.positions[:, 0 if problem.end.holds and not problem.start.holds else -1]
+
+    @cached_property
+    def frames(self) -> Array:
+        """The edges' frames R, columns d1, d2, d3: (n, N, 3, 3)."""
+        t = np.diff(self.positions, axis=1)
+        t /= np.linalg.norm(t, axis=2, keepdims=True)
+        return np.stack([self.directors, np.cross(t, self.directors), t], axis=-1)
+
+    def r(self, t: float, s: Any) -> Array:
+        """Return the positions in m at the time t in s and the arc lengths s, (3,) or (m, 3): a cubic between the vertices."""
+        from scipy.interpolate import CubicSpline
+
+        points = np.asarray(checks.real_array(s))
+        length = self.motion.problem.rod.length
+        if not np.all((points >= 0.0) & (points <= length)):
+            raise InvalidInput(f"s is {checks.shown(s)}; the rod runs from 0 to {length:g} m.")
+        return np.asarray(CubicSpline(self.s, self.at(t).r)(points))
+
+    def at(self, t: float) -> Snapshot:
+        """Return the rod at a time t in s, between records by the cubic that fits positions and velocities."""
+        t = checks.number("t", t, "s")
+        if not self.times[0] <= t <= self.times[-1]:
+            raise InvalidInput(f"t is {t:g} s, but the trajectory runs from {self.times[0]:g} to {self.times[-1]:g} s.")
+        i = int(np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, max(len(self.times) - 2, 0)))
+        j = min(i + 1, len(self.times) - 1)
+        h = float(self.times[j] - self.times[i])
+        if h == 0.0:
+            return self._snapshot(i)
+        p = (t - self.times[i]) / h
+        x0, x1, v0, v1 = self.positions[i], self.positions[j], h * self.velocities[i], h * self.velocities[j]
+        r = x0 + p * (v0 + p * (3.0 * (x1 - x0) - 2.0 * v0 - v1 + p * (2.0 * (x0 - x1) + v0 + v1)))
+        slope = v0 + p * (2.0 * (3.0 * (x1 - x0) - 2.0 * v0 - v1) + 3.0 * p * (2.0 * (x0 - x1) + v0 + v1))
+        tangent = np.diff(r, axis=0)
+        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+        d1 = (1.0 - p) * self.directors[i] + p * self.directors[j]
+        d1 -= np.sum(d1 * tangent, axis=1, keepdims=True) * tangent
+        d1 /= np.linalg.norm(d1, axis=1, keepdims=True)
+        spin = (1.0 - p) * self.spins[i] + p * self.spins[j]
+        R = np.stack([d1, np.cross(tangent, d1), tangent], axis=-1)
+        return Snapshot(t, self.s, r, slope / h, R, spin)
+
+    def _snapshot(self, i: int) -> Snapshot:
+        return Snapshot(
+            float(self.times[i]), self.s, self.positions[i], self.velocities[i], self.frames[i], self.spins[i]
+        )
+
+    def __repr__(self) -> str:
+        return (
+            f"<Trajectory by {self.method}: {self.status.code}, {len(self.times)} records to t = {self.times[-1]:g} s>"
+        )
+
+    def __str__(self) -> str:
+        tip, energy = self.tip[-1], self.energy
+        steps = self.statistics.get("steps", 0)
+        return "\n".join(
+            [
+                f"status        {self.status.message}",
+                f"method        {self.method}, {steps} steps",
+                f"tip           ({', '.join(f'{x + 0.0:.6g}' for x in tip)}) m at t = {self.times[-1]:.6g} s",
+                f"energy        {energy.total[-1]:.6g} J (kinetic {energy.kinetic[-1]:.6g}, elastic {energy.elastic[-1]:.6g}, "
+                f"loads {energy.load[-1]:.6g})",
+                f"balance       kept to {energy.drift:.1e}",
+            ]
+        )

@@ -1,0 +1,55 @@
+"""The band of a stage is the derivative of its balance, but for what is left out on purpose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import darboux as dx
+from darboux.dynamics.system import System, new_state
+from darboux.kernels import band, rod_motion
+
+
+def test_the_band_is_the_derivative_of_the_balance() -> None:
+    """Taylor: what is left of R(V + e dV) - R(V) - e tau A dV falls as e^2.
+
+    The balance is by turns about the tangent where the rod then is, the band by one fixed chart. On an edge that takes up a
+    couple c about its tangent t they differ by c [t]_x / 2 |e|^2: the area that t sweeps on the sphere.
+    """
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.8, EA=50.0, mass=1.0), natural=(1, 2, 3), stretch=True)
+    loads = [dx.Gravity(), dx.Foundation(np.diag([1.0, 2.0, 3.0]))]
+    motion = dx.Motion(dx.Equilibrium(rod, loads=loads), 1.0, damping=[dx.MassDamping(2.0), dx.LinearDrag(3.0, 3.0)])
+    rng, N = np.random.default_rng(1), 6
+    system = System(motion, N)
+    state, _ = system.start()
+    state.x[3:] += rng.uniform(-0.02, 0.02, 3 * N)
+    moved = new_state(N)
+    body = system.body._replace(mass=np.where(np.arange(4 * N + 3) % 4 == 3, 1e-30, system.mass))  # no tops
+    row, space = system.drive([0.0], 0.1)[0], system.space
+    rod_motion.place(state, np.zeros(4 * N + 3), 1.0, np.zeros(4 * N + 3), row, body, space.step, moved)
+    old, now, tau, n = moved, new_state(N), 0.1, 4 * N + 3
+    V, start = rng.uniform(-1, 1, n), rng.uniform(-1, 1, n)
+    base = -tau * V
+    V[:3] = 0.0
+
+    def balance(V):
+        rod_motion.place(old, base, tau, V, row, body, space.step, now)
+        size = np.linalg.norm(np.diff(now.x.reshape(-1, 3), axis=0), axis=1)
+        space.expected[:] = body.rod.EA * (size / body.rod.l - 1.0)
+        rod_motion.forces(old, now, V, 1 / tau, body, row, False, True, space)
+        rod_motion.add_inertia(old, now, V, start, 1 / tau, body, False, space.residual, space.lower)
+        band.fix(space.lower, space.residual, body.fixed)
+        return space.residual.copy(), space.lower.copy()
+
+    direction = rng.uniform(-1, 1, n) * ~body.fixed
+    R, lower = balance(V)
+    general = np.empty(band.FULL * n)
+    band.expand(lower, n, general)
+    A = sum(np.diag(general.reshape(n, -1)[max(0, -k) : n - max(0, k), band.REACH + k], -k) for k in range(-10, 11))
+    for j in range(1, N + 1):
+        t, e, c = old.t[3 * j : 3 * j + 3], np.diff(old.x.reshape(-1, 3), axis=0)[j - 1], R[4 * j - 1]
+        D = np.zeros((3, n))
+        D[:, 4 * j - 4 : 4 * j - 1], D[:, 4 * j : 4 * j + 3] = -np.eye(3), np.eye(3)
+        A = A + 0.5 * c / (e @ e) * D.T @ np.cross(np.eye(3), t) @ D
+    A[body.fixed] = 0.0
+    left = [np.linalg.norm(balance(V + e * direction)[0] - R - e * tau * A @ direction) for e in (1e-3, 5e-4)]
+    assert 1.8 < np.log2(left[0] / left[1]) < 2.2, left

@@ -1,0 +1,341 @@
+"""Motion: conservation, orders in time, natural frequencies, damping, moving supports, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipk
+
+import darboux as dx
+from darboux.paper.cases import figure5
+
+UNIT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.8, EA=1e4, mass=1.0), stretch=True)
+STEEL = dx.Rod(1.0, dx.Circle(5e-3), dx.Material(E=210e9, nu=0.3, density=7850), stretch=True)
+END = (0, 0, 1)
+G = 9.81
+
+
+def beam(rod: dx.Rod) -> float:
+    """f = beam (beta L)^2, in Hz."""
+    c = rod.stiffness(np.zeros(1))
+    return float(np.sqrt(c.EI1[0] / c.mass[0])) / (2 * np.pi * rod.length**2)
+
+
+def roots(function, *brackets):
+    return [brentq(function, a, b, xtol=1e-14) for a, b in brackets]
+
+
+# Natural frequencies: R. D. Blevins, Formulas for Natural Frequency and Mode Shape (1979), table 8-1
+
+CLAMPED_FREE = roots(lambda b: np.cos(b) * np.cosh(b) + 1, (1.8, 2.0), (4.6, 4.8), (7.8, 7.9))
+FREE_FREE = roots(lambda b: np.cos(b) * np.cosh(b) - 1, (4.6, 4.8), (7.8, 7.9), (10.9, 11.1))
+CASES = {
+    "clamped-free": (dx.Equilibrium(STEEL), {}, 0, CLAMPED_FREE),
+    "pinned-pinned": (dx.Equilibrium(STEEL, dx.Pinned(), dx.Pinned(END)), {}, 1, [np.pi, 2 * np.pi, 3 * np.pi]),
+    "free-free": (dx.Equilibrium(STEEL), {"release": {"start": 0.0}}, 6, FREE_FREE),
+    "clamped-clamped": (dx.Equilibrium(STEEL, end=dx.Clamped(END)), {}, 0, FREE_FREE[:1]),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_natural_frequencies_of_bending(case: str) -> None:
+    problem, how, rigid, betas = CASES[case]
+    found = dx.natural_modes(problem, 2 * len(betas) + rigid, segments=200, **how).frequencies
+    assert np.all(found[:rigid] == 0.0)
+    exact = beam(STEEL) * np.array(betas) ** 2
+    rtol = 1e-4 if "clamped" in case else 1e-8  # but for clamps, errors of order h^2 cancel
+    np.testing.assert_allclose(found[rigid:].reshape(-1, 2), np.stack([exact, exact], axis=1), rtol=rtol)
+
+
+def test_natural_frequencies_of_torsion_and_stretch() -> None:
+    found = dx.natural_modes(dx.Equilibrium(STEEL), 24, segments=200).frequencies
+    for modulus in (STEEL.material.shear_modulus, STEEL.material.E):
+        exact = np.sqrt(modulus / STEEL.material.density) / 4.0
+        assert np.min(np.abs(found / exact - 1.0)) < 1e-4
+
+
+def test_a_pinned_beam_under_tension_from_the_modes_about_its_shape() -> None:
+    """omega^2 = (T (pi/L)^2 + EI (pi/L)^4) / rhoA"""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=0.1, GJ=0.1, EA=1e6, mass=1.0), stretch=True)
+    T = 2.0
+    end = np.array([0, 0, 1 + T / 1e6])
+    problem = dx.Equilibrium(rod, dx.Pinned(), dx.Pinned(end))
+    found = dx.natural_modes(problem, 3, segments=100, about=lambda s: np.outer(s, end)).frequencies
+    assert found[0] == 0.0  # the spin about its axis
+    np.testing.assert_allclose(2 * np.pi * found[1:], np.sqrt(T * np.pi**2 + 0.1 * np.pi**4), rtol=1e-4)
+
+
+def test_frequency_of_a_small_motion() -> None:
+    """The same from simulate: a pinned beam, started with sin(pi s), returns after one period."""
+    period = 1.0 / (beam(STEEL) * np.pi**2)
+    problem = dx.Equilibrium(STEEL, dx.Pinned(), dx.Pinned(END))
+    motion = dx.Motion(problem, 1.1 * period, velocity=lambda s: np.outer(np.sin(np.pi * s), (1e-3, 0, 0)))
+    x = dx.simulate(motion, dx.ImplicitMidpoint(50, step=period / 400), records=440)
+    y, i = x.positions[:, 25, 0], 400
+    i = 380 + int(np.flatnonzero((y[380:-1] < 0) & (y[381:] >= 0))[0])
+    crossing = x.times[i] - y[i] * (x.times[i + 1] - x.times[i]) / (y[i + 1] - y[i])
+    assert abs(crossing / period - 1.0) < 1e-4
+
+
+# Conservation
+
+
+def flight(steps: int, step: float) -> dx.Trajectory:
+    velocity = lambda s: np.stack([2 * np.sin(3 * s) * s, 1.5 * np.cos(5 * s), 0.3 + 0 * s], axis=1)  # noqa: E731
+    motion = dx.Motion(
+        dx.Equilibrium(UNIT), steps * step, velocity=velocity, spin=lambda s: 3 + 20 * s, release={"start": 0.0}
+    )
+    return dx.simulate(motion, dx.ImplicitMidpoint(20, step=step), records=20)
+
+
+@pytest.mark.parametrize("steps", [600, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_free_flight_keeps_momenta_and_energy(steps: int) -> None:
+    flown = flight(steps, 1e-4)
+    for momentum in (flown.momentum, flown.angular_momentum):
+        np.testing.assert_allclose(momentum, np.tile(momentum[0], (21, 1)), atol=1e-12 * np.linalg.norm(momentum[0]))
+    assert flown.energy.drift < 1e-8
+    assert np.max(flown.energy.elastic) > 0.01 * flown.energy.kinetic[0]
+
+
+def test_loads_change_the_momenta_by_force_and_moment_times_time() -> None:
+    force, moment = np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.4, -0.2])
+    problem = dx.Equilibrium(
+        UNIT, dx.Free(), dx.Clamped(END), loads=[dx.LineForce(force), dx.EndMoment(moment, at="start")]
+    )
+    x = dx.simulate(dx.Motion(problem, 0.5, release={"end": 0.0}), dx.ImplicitMidpoint(20, step=2e-3), records=5)
+    np.testing.assert_allclose(x.momentum, np.outer(x.times, force), atol=1e-12)
+    about_centre = x.angular_momentum - np.cross([_centre(x, i) for i in range(6)], x.momentum)
+    np.testing.assert_allclose(about_centre, np.outer(x.times, moment), atol=2e-5)
+
+
+def _centre(x: dx.Trajectory, i: int):
+    r = x.positions[i]
+    return np.mean(0.5 * (r[1:] + r[:-1]), axis=0)
+
+
+METHODS = [dx.ImplicitMidpoint(20, step=4e-3), dx.TRBDF2(20, step=4e-3)]
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: type(method).__name__)
+def test_order_in_time(method) -> None:
+    """Of a rod bent, twisted and turned by all loads, from differences of halved steps."""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.8, EA=1e3, mass=1.0), natural=(0.5, 1.0, 2.0), stretch=True)
+    problem = dx.Equilibrium(rod, loads=[dx.Gravity(), dx.EndForce((1, 2, -1)), dx.EndMoment((0.2, 0.3, 0.5))])
+    damping = [dx.KelvinVoigt(1e-3, 1e-3, 1e-3), dx.MassDamping(0.2), dx.QuadraticDrag(0.1, 0.3, fluid=(1, 0, 0))]
+    motion = dx.Motion(problem, 0.2, damping=damping, load_factor=lambda t: np.sin(5 * t) ** 2)
+    ends = []
+    for halving in range(3):
+        finer = dataclasses.replace(method, step=method.step / 2**halving)
+        x = dx.simulate(motion, finer, records=1)
+        ends.append(np.concatenate([x.positions[-1].ravel(), x.directors[-1].ravel()]))
+    order = np.log2(np.linalg.norm(ends[1] - ends[0]) / np.linalg.norm(ends[2] - ends[1]))
+    assert abs(order - method.order) < 0.25, f"order {order:.3f}, declared {method.order}"
+    assert x.energy.drift < 1e-4
+
+
+def test_methods_agree_on_the_rod_of_figure_5_released_from_the_horizontal() -> None:
+    motion = dx.Motion(figure5(stretch=True), 0.25)
+    midpoint = dx.simulate(motion, dx.ImplicitMidpoint(100, step=5e-4), records=10)
+    others = [dx.simulate(motion, method, records=10) for method in (dx.StormerVerlet(100), dx.TRBDF2(100, rtol=1e-6))]
+    for other in others:
+        assert np.max(np.abs(other.tip - midpoint.tip)) < 1e-3 * 0.25
+    assert midpoint.energy.drift < 1e-9
+    assert np.linalg.norm(midpoint.tip[-1] - midpoint.tip[0]) > 0.2
+
+
+@pytest.mark.parametrize("stretch", [True, False])
+def test_a_stiff_rod_swings_as_a_pendulum(stretch: bool) -> None:
+    """From the horizontal: a quarter period K(sin^2 45 deg) sqrt(2 L / 3 g)."""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1e3, GJ=1e3, EA=1e7, mass=1.0), stretch=stretch)
+    quarter = float(ellipk(0.5)) * np.sqrt(2.0 / (3.0 * G))
+    problem = dx.Equilibrium(rod, dx.Pinned(), loads=[dx.Gravity()])
+    motion = dx.Motion(problem, quarter, initial=lambda s: np.outer(s, (1, 0, 0)))
+    x = dx.simulate(motion, dx.ImplicitMidpoint(10, step=2e-3), records=20)
+    np.testing.assert_allclose(x.tip[-1], (0, 0, -1), atol=1e-3)
+    assert x.energy.drift < 1e-6
+    if not stretch:
+        lengths = np.linalg.norm(np.diff(x.positions, axis=1), axis=2)
+        np.testing.assert_allclose(lengths, 0.1, rtol=1e-9)
+
+
+# Damping
+
+
+def test_mass_damping_of_a_free_rod() -> None:
+    motion = dx.Motion(
+        dx.Equilibrium(UNIT), 1.0, velocity=(1, 2, 3), spin=4.0, release={"start": 0.0}, damping=[dx.MassDamping(2.0)]
+    )
+    x = dx.simulate(motion, dx.ImplicitMidpoint(10, step=1e-3), records=4)
+    np.testing.assert_allclose(x.momentum, np.outer(np.exp(-2.0 * x.times), (1, 2, 3)), rtol=1e-5)
+    np.testing.assert_allclose(x.spins[-1], 4.0 * np.exp(-2.0), rtol=1e-5)
+    np.testing.assert_allclose(x.energy.dissipated[-1], x.energy.total[0] - x.energy.total[-1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["bending", "twist", "stretch"])
+def test_kelvin_voigt_damps_a_mode_by_its_frequency_squared(kind: str) -> None:
+    """Amplitude exp(-eta omega^2 t / 2): bending of a pinned beam, twist and stretch of a clamped one."""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1e-3, EA=100.0, mass=1.0), stretch=True)
+    s = np.linspace(0, 1, 21)
+    if kind == "bending":
+        omega, shape = np.pi**2, {"velocity": lambda s: np.outer(np.sin(np.pi * s), (1e-4, 0, 0))}
+        problem = dx.Equilibrium(rod, dx.Pinned(), dx.Pinned(END))
+    elif kind == "stretch":
+        omega, shape = np.pi / 2 * 10, {"velocity": lambda s: np.outer(np.sin(np.pi * s / 2), (0, 0, 1e-4))}
+        problem = dx.Equilibrium(rod)
+    else:
+        omega, shape = np.pi / 2 * np.sqrt(1e-3 / 0.02), {"spin": lambda s: 1e-3 * np.sin(np.pi * s / 2)}
+        problem = dx.Equilibrium(rod)
+    eta, period = 0.02 / omega, 2 * np.pi / omega
+    motion = dx.Motion(problem, 3 * period, damping=[dx.KelvinVoigt(**{kind: eta})], **shape)
+    x = dx.simulate(motion, dx.ImplicitMidpoint(len(s) - 1, step=period / 400), records=3)
+    np.testing.assert_allclose(
+        x.energy.kinetic[-1] / x.energy.kinetic[0], np.exp(-eta * omega**2 * 3 * period), rtol=0.01
+    )
+    assert x.energy.drift < 1e-6
+
+
+@pytest.mark.parametrize(
+    "drag", [dx.LinearDrag(2.0, 5.0, fluid=(0.3, 0, 0)), dx.QuadraticDrag(2.0, 5.0, fluid=(0.3, 0, 0))]
+)
+def test_a_falling_rod_reaches_its_terminal_velocity(drag) -> None:
+    """Along itself (x) with the fluid, across (z) where drag carries the weight."""
+    problem = dx.Equilibrium(UNIT, dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Gravity()])
+    x = dx.simulate(dx.Motion(problem, 20.0, release={"start": 0.0}, damping=[drag]), dx.TRBDF2(10), records=10)
+    fall = G / 5.0 if isinstance(drag, dx.LinearDrag) else np.sqrt(G / 5.0)
+    np.testing.assert_allclose(x.velocities[-1, :, 2], -fall, rtol=1e-4)
+    slip = 0.0 if isinstance(drag, dx.LinearDrag) else 0.3 / (1 + 0.3 * 2.0 * 20.0)  # w' = -2 w^2
+    np.testing.assert_allclose(x.velocities[-1, :, 0], 0.3 - slip, atol=1e-3)
+
+
+# Supports
+
+
+def test_a_turning_clamp_carries_the_rod_round() -> None:
+    """Steady rotation: the equilibrium under the centrifugal force, seen from outside."""
+    rod = dx.Rod(0.25, dx.Circle(1e-3), dx.Material(E=1e6, nu=0.5, density=1e3), stretch=True)
+    arm = dx.Clamped(position=(0.02, 0, 0), tangent=(1, 0, 0))
+    rest = dx.solve(dx.Equilibrium(rod, arm, loads=[dx.Gravity(), dx.Rotation((0, 0, 20.0))]))
+
+    def turned(t):
+        c, s = np.cos(20 * t), np.sin(20 * t)
+        return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+    moving = dx.Moving(position=lambda t: turned(t) @ arm.position, frame=lambda t: turned(t) @ arm.R)
+    problem = dx.Equilibrium(rod, arm, loads=[dx.Gravity()])
+    motion = dx.Motion(problem, 0.2, initial=rest, start=moving, velocity=lambda s: np.cross((0, 0, 20.0), rest.r(s)))
+    x = dx.simulate(motion, dx.ImplicitMidpoint(40, step=5e-4), records=10)
+    back = np.einsum("nji,nj->ni", [turned(t) for t in x.times], x.tip)
+    np.testing.assert_allclose(back, np.tile(rest.tip, (11, 1)), atol=2e-3 * 0.25)
+    assert x.energy.drift < 1e-3
+
+
+def test_work_of_a_shaken_support_is_in_the_balance() -> None:
+    problem = dx.Equilibrium(UNIT, loads=[dx.Gravity((0, 0, -1))])
+
+    def turned(t):
+        c, s = np.cos(0.4 * np.sin(8 * t) ** 2), np.sin(0.4 * np.sin(8 * t) ** 2)
+        return [[1, 0, 0], [0, c, -s], [0, s, c]]
+
+    shaken = dx.Moving(position=lambda t: (0.1 * np.sin(8 * t) ** 2, 0, 0.05 * np.sin(8 * t) ** 2), frame=turned)
+    for method in (dx.ImplicitMidpoint(20, step=2e-3), dx.TRBDF2(20, step=1e-3)):
+        x = dx.simulate(dx.Motion(problem, 0.5, start=shaken), method, records=10)
+        assert np.ptp(x.energy.total) > 1e-3
+        assert x.energy.drift < 5e-3
+        np.testing.assert_allclose(x.positions[:, 0], [shaken.position(t) for t in x.times], atol=1e-12)
+
+
+def test_a_released_rod_falls_freely() -> None:
+    problem = dx.Equilibrium(UNIT, loads=[dx.Gravity()])
+    x = dx.simulate(dx.Motion(problem, 0.4, release={"start": 0.1}), dx.ImplicitMidpoint(20, step=1e-3), records=8)
+    assert np.all(x.positions[:3, 0] == 0.0)
+    np.testing.assert_allclose(np.diff(x.momentum[2:], axis=0), np.tile((0, 0, -G * 0.05), (6, 1)), atol=1e-9)
+
+
+def test_from_an_equilibrium_a_rod_stays_or_swings() -> None:
+    problem = dx.Equilibrium(UNIT, loads=[dx.Gravity()])
+    pulled = dx.solve(problem.with_load(dx.EndForce((1.0, 0, 0))))
+    rest = dx.Motion(problem.with_load(dx.EndForce((1.0, 0, 0))), 0.2, initial=pulled)
+    x = dx.simulate(rest, dx.ImplicitMidpoint(40, step=2e-3), records=5)
+    assert np.max(np.abs(x.tip - x.tip[0])) < 1e-10
+    np.testing.assert_allclose(x.tip[0], pulled.tip, atol=2e-3)
+    let_go = dx.simulate(dx.Motion(problem, 0.2, initial=pulled), dx.ImplicitMidpoint(20, step=2e-3), records=5)
+    assert np.max(np.abs(let_go.tip - let_go.tip[0])) > 0.05
+
+
+# What is said
+
+
+def test_what_a_trajectory_says() -> None:
+    x = dx.simulate(dx.Motion(figure5(stretch=True), 0.1), dx.ImplicitMidpoint(20, step=1e-3), records=10)
+    half = x.at(0.055)
+    np.testing.assert_allclose(half.r, 0.5 * (x.positions[5] + x.positions[6]), atol=2e-3)
+    np.testing.assert_allclose(np.einsum("nji,njk->nik", half.R, half.R), np.tile(np.eye(3), (20, 1, 1)), atol=1e-12)
+    np.testing.assert_allclose(x.r(0.1, [0.0, 0.25]), x.positions[-1, [0, -1]], atol=1e-12)
+    assert "kept to" in str(x)
+    with pytest.raises(dx.InvalidInput, match=r"runs from 0 to 0\.1 s"):
+        x.at(0.2)
+
+
+def test_a_step_that_does_not_converge_keeps_what_was_reached() -> None:
+    problem = dx.Equilibrium(UNIT, loads=[dx.EndForce((0, 1.0, 0))])
+    motion = dx.Motion(problem, 1.0, load_factor=lambda t: 1.0 if t < 0.5 else 1e12)
+    with pytest.raises(dx.NotConverged, match=r"does not converge at t = 0\.\d+ s, worst near s") as caught:
+        dx.simulate(motion, dx.ImplicitMidpoint(10, step=0.02), records=10)
+    assert caught.value.solution.times[-1] == pytest.approx(0.5)
+    assert (
+        dx.simulate(motion, dx.ImplicitMidpoint(10, step=0.02), records=10, throw=False).status.code == "no_convergence"
+    )
+
+
+def test_drift_changes_the_status() -> None:
+    motion = dx.Motion(figure5(stretch=True), 0.3)
+    assert dx.simulate(motion, dx.TRBDF2(20, rtol=1e-2), records=10, drift=1e-6).status.code == "drift"
+
+
+CANTILEVER = dx.Equilibrium(UNIT)
+BOW = dx.Equilibrium(dx.Rod(1.0, UNIT.section), end=dx.Clamped((0, 0, 0.8)), loads=[dx.Gravity((0, -1, 0))])
+MISTAKES = {
+    "duration is 0": lambda: dx.Motion(CANTILEVER, 0.0),
+    "duration is -1": lambda: dx.Motion(CANTILEVER, -1.0),
+    "section.mass is missing": lambda: dx.Motion(dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0))), 1.0),
+    "section.mass is 0": lambda: dx.Motion(dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, mass=0.0))), 1.0),
+    "must not be negative": lambda: dx.Material(E=1.0, nu=0.3, density=-1.0),
+    "load_factor at t = 0.25": lambda: dx.Motion(CANTILEVER, 1.0, load_factor=lambda t: np.nan if t >= 0.25 else 1.0),
+    "position at t = ": lambda: dx.Motion(CANTILEVER, 1.0, start=dx.Moving(position=lambda t: (t, t))),
+    "failed at t = 0 s: ZeroDivisionError": lambda: dx.Motion(CANTILEVER, 1.0, load_factor=lambda t: 1 / t),
+    "off the support": lambda: dx.Motion(CANTILEVER, 1.0, start=dx.Moving(position=lambda t: (1.0, 0, 0))),
+    "does not hold it": lambda: dx.Motion(CANTILEVER, 1.0, end=dx.Moving(position=lambda t: (0, 0, 1))),
+    "m apart, but the rod is 1 m long": lambda: dx.Motion(
+        dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, mass=1.0)), end=dx.Clamped((0, 0, 0.5))),
+        1.0,
+        end=dx.Moving(position=lambda t: (0, 0, 0.5 + t)),
+    ),
+    "must name an end": lambda: dx.Motion(CANTILEVER, 1.0, release="end"),
+    "another rod": lambda: dx.Motion(CANTILEVER, 1.0, initial=dx.solve(figure5())),
+    "it must be a list, such as": lambda: dx.Motion(CANTILEVER, 1.0, damping=0.1),
+    "rate is -1": lambda: dx.MassDamping(-1.0),
+    "Coriolis": lambda: dx.simulate(dx.Motion(CANTILEVER.with_load(dx.Rotation((0, 0, 1.0))), 1.0)),
+    "off the support at its end": lambda: dx.simulate(
+        dx.Motion(dx.Equilibrium(UNIT, end=dx.Clamped((0, 0, 0.5))), 1.0)
+    ),
+    "rotary_inertia is missing": lambda: dx.simulate(
+        dx.Motion(dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, mass=1.0))), 1.0)
+    ),
+    "stretches the rod": lambda: dx.simulate(
+        dx.Motion(dx.Equilibrium(dx.Rod(1.0, UNIT.section)), 1.0, velocity=lambda s: np.outer(s, (0, 0, 1)))
+    ),
+    "use ImplicitMidpoint": lambda: dx.simulate(dx.Motion(dx.Equilibrium(dx.Rod(1.0, UNIT.section)), 1.0), dx.TRBDF2()),
+    "held at both ends": lambda: dx.simulate(dx.Motion(BOW, 1.0, initial=dx.solve(BOW))),
+    "largest stable step": lambda: dx.simulate(dx.Motion(CANTILEVER, 1.0), dx.StormerVerlet(20, step=1.0)),
+    "a method of motion": lambda: dx.simulate(dx.Motion(CANTILEVER, 1.0), dx.DiscreteRod()),
+}
+
+
+@pytest.mark.parametrize("words", MISTAKES)
+def test_mistakes_are_said_in_one_sentence(words: str) -> None:
+    with pytest.raises(dx.InvalidInput) as caught:
+        MISTAKES[words]()
+    assert words in str(caught.value)
