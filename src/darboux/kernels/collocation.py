@@ -28,6 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import (
+    add_multiple,
+    add_row_times,
     column,
     cross,
     dot,
@@ -111,12 +113,13 @@ class System(NamedTuple):
 
 
 class Stages(NamedTuple):
-    """The stages of an element as affine functions of their unknown numbers and of the right sides.
+    """The stages of an element as affine functions of those of their numbers that are unknown, and of the right sides.
 
-    Rows, `width` each: the stages of one number of the state after the other, in the order of elimination, the parts that
-    are explicit first; then the numbers of y_i+1. Columns: the unknowns, in the order of their rows; the right sides.
+    Rows, `width` each: part by part in the order of elimination, the explicit ones first, stage by stage; then y_i+1.
+    Columns: the unknowns, in the order of their rows; the right sides.
     """
 
+    count: int
     order: Array  # the parts in the order of elimination
     row: Array  # how many numbers stand before each part in that order
     links: Array  # whether a part's slope depends on another part: PARTS x PARTS
@@ -174,7 +177,7 @@ def _plan(system: System, sides: int) -> Stages:
     width = unknowns + sides
     X, F, J = np.empty(STATES * (stages + 1) * width), np.empty(4 * width), np.zeros(stages * STATES * STATES)
     g, c = np.empty(stages * SIDES * STATES), np.empty(columns(table))
-    return Stages(order, row, links, explicit, unknowns, width, X, F, J, g, c)
+    return Stages(stages, order, row, links, explicit, unknowns, width, X, F, J, g, c)
 
 
 @inline
@@ -239,63 +242,55 @@ def _linearise(system: System, i: int, piece: int, stages: Stages) -> int:
 
 
 @inline
-def _slope(stages: Stages, count: int, part: int, l: int) -> None:
+def _row(stages: Stages, part: int, j: int) -> int:
+    """The first row of a part at stage j, or of y_i+1 for the stage behind the last one."""
+    before = stages.row[part]
+    return before * stages.count + j * SIZE[part] if j < stages.count else STATES * stages.count + before
+
+
+@inline
+def _slope(stages: Stages, part: int, l: int) -> None:
     """F: the slope of a part at stage l, J X + g."""
     X, F, J, g, width = stages.X, stages.F, stages.J, stages.g, stages.width
+    for k in range(F.size):
+        F[k] = 0.0
     for a in range(SIZE[part]):
-        for k in range(width):
-            F[a * width + k] = 0.0
         for side in range(SIDES):
             F[(a + 1) * width - SIDES + side] = g[(l * SIDES + side) * STATES + BEGIN[part] + a]
     for other in range(PARTS):
         if not stages.links[part * PARTS + other]:
             continue
-        row = stages.row[other]
+        row = _row(stages, other, l)
+        unknown = row - stages.explicit * stages.count
         for a in range(SIZE[part]):
             j = (l * STATES + BEGIN[part] + a) * STATES + BEGIN[other]
-            if row >= stages.explicit:
-                unknown = a * width + (row - stages.explicit) * count + l
-                for b in range(SIZE[other]):
-                    F[unknown + b * count] += J[j + b]
+            if unknown < 0:
+                add_row_times(F, a * width, vector(J, j), X, row * width, width)
             else:
-                x = (row * count + l) * width
-                for k in range(width):
-                    F[a * width + k] += (
-                        J[j] * X[x + k]
-                        + J[j + 1] * X[x + count * width + k]
-                        + J[j + 2] * X[x + 2 * count * width + k]
-                    )
+                for b in range(SIZE[other]):
+                    F[a * width + unknown + b] += J[j + b]
 
 
 @jit
 def _condense(system: System, i: int, start: Array, stages: Stages) -> None:
     """Write the rows of (1) and of y_i+1, part by part, from a start whose residuals alone stand on the right side."""
-    X, F, width, count = stages.X, stages.F, stages.width, system.stages
-    h, weights = system.x[i + 1] - system.x[i], system.stages * PER_METHOD + count
+    X, F, width, count = stages.X, stages.F, stages.width, stages.count
+    h, weights = system.x[i + 1] - system.x[i], count * PER_METHOD + count
     for part in stages.order:
-        for a in range(SIZE[part]):
-            number = BEGIN[part] + a
-            for j in range(count + 1):
-                row = _row(stages.row[part] + a, j, count) * width
-                there = system.Y[(i * count + j) * STATES + number] if j < count else system.y[(i + 1) * STATES + number]
-                X[row + width - SIDES] += start[number] - there
+        size = SIZE[part]
+        for j in range(count + 1):
+            x = _row(stages, part, j) * width
+            y, at = (system.Y, i * count + j) if j < count else (system.y, i + 1)
+            for a in range(size):
+                number = BEGIN[part] + a
+                X[x + (a + 1) * width - SIDES] += start[number] - y[at * STATES + number]
         for l in range(count):
-            _slope(stages, count, part, l)
-            for a in range(SIZE[part]):
-                for j in range(count + 1):
-                    row = _row(stages.row[part] + a, j, count) * width
-                    weight = h * METHODS[weights + j * count + l]
-                    for k in range(width):
-                        X[row + k] += weight * F[a * width + k]
-    first = stages.explicit * count
+            _slope(stages, part, l)
+            for j in range(count + 1):
+                x = _row(stages, part, j) * width
+                add_multiple(X, x, h * METHODS[weights + j * count + l], F, 0, size * width)
     for k in range(stages.unknowns):
-        X[(first + k) * width + k] -= 1.0
-
-
-@inline
-def _row(number: int, j: int, count: int) -> int:
-    """The row of a number of stage j, or of y_i+1 for the stage after the last one."""
-    return number * count + j if j < count else STATES * count + number
+        X[(stages.explicit * count + k) * width + k] -= 1.0
 
 
 @jit
@@ -317,8 +312,7 @@ def _eliminate(V: Array, unknowns: int, candidates: int, rows: int, width: int) 
         for i in range(k + 1, rows):
             factor = V[i * width + k] * over
             if factor != 0.0:
-                for j in range(k + 1, width):
-                    V[i * width + j] -= factor * V[k * width + j]
+                add_multiple(V, i * width + k + 1, -factor, V, k * width + k + 1, width - k - 1)
     return sign
 
 
@@ -332,13 +326,11 @@ def _element(system: System, i: int, piece: int, stages: Stages, start: Array, T
         X[k] = 0.0
     q = quaternion(start, ROTATION)
     for j in range(count + 1):
+        for part, unknown in ((R, R_), (N, N_), (M, M_)):
+            for a in range(3):
+                X[(_row(stages, part, j) + a) * width + sides + unknown + a] = 1.0
         for a in range(3):
-            X[_row(stages.row[R] + a, j, count) * width + sides + R_ + a] = 1.0
-            X[_row(stages.row[N] + a, j, count) * width + sides + N_ + a] = 1.0
-            X[_row(stages.row[M] + a, j, count) * width + sides + M_ + a] = 1.0
-            dq = half_product(q, vector(UNIT, 3 - a))
-            for b in range(4):
-                X[_row(stages.row[Q] + b, j, count) * width + sides + PHI + a] = dq[b]
+            put_quaternion(X, _row(stages, Q, j) * width + sides + PHI + a, width, half_product(q, vector(UNIT, 3 - a)))
     piece = _linearise(system, i, piece, stages)
     _condense(system, i, start, stages)
     V = X[stages.explicit * count * width :]
@@ -348,16 +340,20 @@ def _element(system: System, i: int, piece: int, stages: Stages, start: Array, T
     for row in range(FREE):
         T[row * ROW + FREE + row] = -1.0
     following = quaternion(system.y, (i + 1) * STATES + ROTATION)
+    r, dq, n, m = (
+        _row(stages, R, count) * width,
+        _row(stages, Q, count) * width,
+        _row(stages, N, count) * width,
+        _row(stages, M, count) * width,
+    )
     for k in range(FREE + SIDES):
-        column, sign = (k, 1.0) if k < FREE else (FREE + k, -1.0)
-        end = STATES * count * width + sides + k
-        at = end + stages.row[Q] * width
-        phi = turn(following, (X[at], X[at + width], X[at + 2 * width], X[at + 3 * width]))
+        column, sign, at = (k if k < FREE else FREE + k), (1.0 if k < FREE else -1.0), sides + k
+        phi = turn(following, (X[dq + at], X[dq + width + at], X[dq + 2 * width + at], X[dq + 3 * width + at]))
         for a in range(3):
-            T[(R_ + a) * ROW + column] = sign * X[end + (stages.row[R] + a) * width]
+            T[(R_ + a) * ROW + column] = sign * X[r + a * width + at]
             T[(PHI + a) * ROW + column] = sign * phi[a]
-            T[(N_ + a) * ROW + column] = sign * X[end + (stages.row[N] + a) * width]
-            T[(M_ + a) * ROW + column] = sign * X[end + (stages.row[M] + a) * width]
+            T[(N_ + a) * ROW + column] = sign * X[n + a * width + at]
+            T[(M_ + a) * ROW + column] = sign * X[m + a * width + at]
     return piece
 
 
@@ -465,11 +461,10 @@ def advance(
         _condense(system, i, start, plan)
         _solve_unknowns(plan, stages, change)
         for p in range(PARTS):
-            for a in range(SIZE[p]):
-                for j in range(stages):
+            for j in range(stages):
+                for a in range(SIZE[p]):
                     k = at + j * STATES + BEGIN[p] + a
-                    step = plan.X[_row(plan.row[p] + a, j, stages) * plan.width + plan.unknowns]
-                    Y_new[k] = Y[k] + part * step
+                    Y_new[k] = Y[k] + part * plan.X[(_row(plan, p, j) + a) * plan.width + plan.unknowns]
     for i in range(x.size):
         node, free = i * STATES, i * FREE
         for a in range(3):
