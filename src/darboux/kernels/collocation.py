@@ -3,12 +3,15 @@ r"""Gauss collocation of the rod equations: Newton's equations of a whole mesh, 
 On the element from x_i to x_i + h the states Y_j at Gauss' points meet
 
     Y_j = y_i + h sum_l a_jl g(Y_l)                                                                  (1)
-    y_i+1 = y_i + sum_j d_j (Y_j - y_i),      d = b A^-1                                             (2)
+    y_i+1 = y_i + h sum_l b_l g(Y_l)                                                                 (2)
 
 Newton's unknowns at a node are the 12 numbers (dr, phi, dn, dm), with the small rotation phi in the section's frame,
-dq = 1/2 q (0, phi). The stages are eliminated element by element (r, n and m first: then little fills in), which leaves
+dq = 1/2 q (0, phi). The stages are eliminated element by element, which leaves
 
     T_i delta_i - delta_i+1 = -g_i                                                                   (3)
+
+By (1) most parts of the stages' steps are explicit: n, r and m follow one from the other and from q, which alone is
+unknown, but for n where r and n depend on each other, and for m in coupled sections. (2) is one row more of (1).
 
 At a station, where a support holds the rod or a point load acts, the node stands twice; the joint between the two is an
 element of no width, whose twelve equations are given. All are eliminated forward with six conditions carried along; rows
@@ -112,25 +115,25 @@ class System(NamedTuple):
     yielding: float
 
 
-class Stages(NamedTuple):
-    """The stages of an element as affine functions of those of their numbers that are unknown, and of the right sides.
+class Plan(NamedTuple):
+    """The steps of an element's stages as affine functions of the unknown ones and of the right sides, part by part.
 
-    Rows, `width` each: part by part in the order of elimination, the explicit ones first, stage by stage; then y_i+1.
+    Rows, `width` each: the parts in their order, the explicit ones first, each stage by stage; then y_i+1 likewise.
     Columns: the unknowns, in the order of their rows; the right sides.
     """
 
-    count: int
-    order: Array  # the parts in the order of elimination
-    row: Array  # how many numbers stand before each part in that order
-    links: Array  # whether a part's slope depends on another part: PARTS x PARTS
+    count: int  # of stages
+    order: NDArray[np.int64]  # the parts, explicit ones first
+    before: NDArray[np.int64]  # how many numbers stand before each part in that order
+    links: NDArray[np.bool_]  # whether a part's slope depends on another part, (PARTS, PARTS)
     explicit: int  # how many numbers of a state are explicit
-    unknowns: int  # of all stages
+    unknowns: int  # how many numbers of all stages are not
     width: int
     X: Array  # the rows
-    F: Array  # the slope of one part at one stage, likewise
-    J: Array  # the Jacobians of the slopes
-    g: Array  # the slopes, and their derivatives by the load factor
-    c: Array  # coefficients
+    F: Array  # the slope of one part at one stage, in such rows
+    J: Array  # the Jacobians at the stages
+    g: Array  # the slopes at the stages, each followed by its derivative by the load factor
+    c: Array  # the coefficients
 
 
 @inline
@@ -145,54 +148,54 @@ def _acts(table: Profile, first: int, end: int) -> bool:
 
 
 @jit
-def _plan(system: System, sides: int) -> Stages:
-    """Find an order in which as many parts as possible are explicit: each depends on earlier parts and on unknown ones."""
-    table, any_shape = system.table, system.shaped.size > 0
-    coupled = columns(table) > WIDTH
-    links = np.zeros(PARTS * PARTS, np.bool_)
-    links[R * PARTS + Q] = links[Q * PARTS + Q] = links[Q * PARTS + M] = True
-    links[M * PARTS + Q] = links[M * PARTS + N] = True
-    links[R * PARTS + N] = _acts(table, SINV, K0)
-    links[N * PARTS + R] = any_shape or _acts(table, FORCE_GRADIENT, FOLLOWER_FORCE)
-    links[N * PARTS + Q] = any_shape or _acts(table, FOLLOWER_FORCE, DEAD_MOMENT)
-    links[M * PARTS + R] = any_shape
-    links[R * PARTS + M] = links[Q * PARTS + N] = links[M * PARTS + M] = coupled
-    if not links[N * PARTS + R]:
+def _planned(system: System, sides: int) -> Plan:
+    """Find an order in which as many parts as possible are explicit: given by those before them and by unknown ones."""
+    table, shaped = system.table, system.shaped.size > 0
+    coupled, stretches = columns(table) > WIDTH, _acts(table, SINV, K0)
+    by_place, by_turn = (
+        shaped or _acts(table, FORCE_GRADIENT, FOLLOWER_FORCE),
+        shaped or _acts(table, FOLLOWER_FORCE, DEAD_MOMENT),
+    )
+    links = np.array(
+        [
+            [False, True, stretches, coupled],  # of r' on r, q, n, m
+            [False, True, coupled, True],
+            [by_place, by_turn, False, False],
+            [shaped, True, True, coupled],
+        ]
+    )
+    if not by_place:
         order = np.array([N, R, M, Q])
-    elif not links[R * PARTS + N]:
+    elif not stretches:
         order = np.array([R, N, M, Q])
     else:
-        order = np.array([R, M, N, Q])  # r and n depend on each other: n is unknown
-    explicit = 9
-    if order[2] == N:
-        explicit -= 3
-    if coupled:
-        explicit -= 3
-    row, before = np.empty(PARTS, np.int64), 0
+        order = np.array([R, M, N, Q])
+    explicit = 9 - (3 if by_place and stretches else 0) - (3 if coupled else 0)
+    before, numbers = np.empty(PARTS, np.int64), 0
     for part in order:
-        row[part] = before
-        before += SIZE[part]
-    stages = system.stages
-    unknowns = (STATES - explicit) * stages
+        before[part] = numbers
+        numbers += SIZE[part]
+    count = system.stages
+    unknowns = (STATES - explicit) * count
     width = unknowns + sides
-    X, F, J = np.empty(STATES * (stages + 1) * width), np.empty(4 * width), np.zeros(stages * STATES * STATES)
-    g, c = np.empty(stages * SIDES * STATES), np.empty(columns(table))
-    return Stages(stages, order, row, links, explicit, unknowns, width, X, F, J, g, c)
+    X, F, J = np.empty(STATES * (count + 1) * width), np.empty(4 * width), np.zeros(count * STATES * STATES)
+    g, c = np.empty(count * SIDES * STATES), np.empty(columns(table))
+    return Plan(count, order, before, links, explicit, unknowns, width, X, F, J, g, c)
 
 
 @inline
 def _write_by_load_factor(y: Array, i: int, c: Array, yielding: float, dy: Array, j: int) -> None:
     """The derivative of y' with respect to the load factor, from the coefficients at load factor 1."""
     r = vector(y, i + POSITION)
-    R = rotation(quaternion(y, i + ROTATION))
-    f = plus(plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)), rotate(R, vector(c, FOLLOWER_FORCE)))
-    l = plus(vector(c, DEAD_MOMENT), rotate(R, vector(c, FOLLOWER_MOMENT)))
-    force, d3 = vector(y, i + FORCE), column(R, 2)
-    dr = scaled(yielding * dot(force, d3), d3)
+    frame, n = rotation(quaternion(y, i + ROTATION)), vector(y, i + FORCE)
+    f = plus(plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)), rotate(frame, vector(c, FOLLOWER_FORCE)))
+    l = plus(vector(c, DEAD_MOMENT), rotate(frame, vector(c, FOLLOWER_MOMENT)))
+    d3 = column(frame, 2)
+    dr = scaled(yielding * dot(n, d3), d3)
     put(dy, j + POSITION, 1, dr)
     put_quaternion(dy, j + ROTATION, 1, (0.0, 0.0, 0.0, 0.0))
     put(dy, j + FORCE, 1, scaled(-1.0, f))
-    put(dy, j + MOMENT, 1, minus(cross(force, dr), l))
+    put(dy, j + MOMENT, 1, minus(cross(n, dr), l))
 
 
 @inline
@@ -216,13 +219,13 @@ def _add_shaped(Y: Array, y: int, shaped: Array, k: int, load_factor: float, g: 
 
 
 @jit
-def _linearise(system: System, i: int, piece: int, stages: Stages) -> int:
+def _linearise(system: System, i: int, piece: int, plan: Plan) -> int:
     """Write the slopes at the stages, their derivatives by the load factor, their Jacobians; return the table's last piece."""
-    Y, table, c, g = system.Y, system.table, stages.c, stages.g
+    Y, table, c, g = system.Y, system.table, plan.c, plan.g
     h = system.x[i + 1] - system.x[i]
     for l in range(system.stages):
         y, j = (i * system.stages + l) * STATES, l * SIDES * STATES
-        J = stages.J[l * STATES * STATES : (l + 1) * STATES * STATES]
+        J = plan.J[l * STATES * STATES : (l + 1) * STATES * STATES]
         place = system.x[i] + h * METHODS[system.stages * PER_METHOD + l]
         while piece < table.breaks.size - 2 and table.breaks[piece + 1] <= place:
             piece += 1
@@ -242,26 +245,26 @@ def _linearise(system: System, i: int, piece: int, stages: Stages) -> int:
 
 
 @inline
-def _row(stages: Stages, part: int, j: int) -> int:
+def _row(plan: Plan, part: int, j: int) -> int:
     """The first row of a part at stage j, or of y_i+1 for the stage behind the last one."""
-    before = stages.row[part]
-    return before * stages.count + j * SIZE[part] if j < stages.count else STATES * stages.count + before
+    before, count = plan.before[part], plan.count
+    return before * count + j * SIZE[part] if j < count else STATES * count + before
 
 
 @inline
-def _slope(stages: Stages, part: int, l: int) -> None:
+def _slope(plan: Plan, part: int, l: int) -> None:
     """F: the slope of a part at stage l, J X + g."""
-    X, F, J, g, width = stages.X, stages.F, stages.J, stages.g, stages.width
+    X, F, J, g, width = plan.X, plan.F, plan.J, plan.g, plan.width
     for k in range(F.size):
         F[k] = 0.0
     for a in range(SIZE[part]):
         for side in range(SIDES):
             F[(a + 1) * width - SIDES + side] = g[(l * SIDES + side) * STATES + BEGIN[part] + a]
     for other in range(PARTS):
-        if not stages.links[part * PARTS + other]:
+        if not plan.links[part, other]:
             continue
-        row = _row(stages, other, l)
-        unknown = row - stages.explicit * stages.count
+        row = _row(plan, other, l)
+        unknown = row - plan.explicit * plan.count
         for a in range(SIZE[part]):
             j = (l * STATES + BEGIN[part] + a) * STATES + BEGIN[other]
             if unknown < 0:
@@ -272,25 +275,25 @@ def _slope(stages: Stages, part: int, l: int) -> None:
 
 
 @jit
-def _condense(system: System, i: int, start: Array, stages: Stages) -> None:
+def _condense(system: System, i: int, start: Array, plan: Plan) -> None:
     """Write the rows of (1) and of y_i+1, part by part, from a start whose residuals alone stand on the right side."""
-    X, F, width, count = stages.X, stages.F, stages.width, stages.count
+    X, F, width, count = plan.X, plan.F, plan.width, plan.count
     h, weights = system.x[i + 1] - system.x[i], count * PER_METHOD + count
-    for part in stages.order:
+    for part in plan.order:
         size = SIZE[part]
         for j in range(count + 1):
-            x = _row(stages, part, j) * width
+            x = _row(plan, part, j) * width
             y, at = (system.Y, i * count + j) if j < count else (system.y, i + 1)
             for a in range(size):
                 number = BEGIN[part] + a
                 X[x + (a + 1) * width - SIDES] += start[number] - y[at * STATES + number]
         for l in range(count):
-            _slope(stages, part, l)
+            _slope(plan, part, l)
             for j in range(count + 1):
-                x = _row(stages, part, j) * width
+                x = _row(plan, part, j) * width
                 add_multiple(X, x, h * METHODS[weights + j * count + l], F, 0, size * width)
-    for k in range(stages.unknowns):
-        X[(stages.explicit * count + k) * width + k] -= 1.0
+    for k in range(plan.unknowns):
+        X[(plan.explicit * count + k) * width + k] -= 1.0
 
 
 @jit
@@ -317,23 +320,22 @@ def _eliminate(V: Array, unknowns: int, candidates: int, rows: int, width: int) 
 
 
 @jit
-def _element(system: System, i: int, piece: int, stages: Stages, start: Array, T: Array) -> int:
+def _element(system: System, i: int, piece: int, plan: Plan, start: Array, T: Array) -> int:
     """(3): write the rows [T_i, -1, -gap, -d gap / d load factor] of one element, (12 x ROW,); return the table's piece."""
-    X, width, count, sides = stages.X, stages.width, system.stages, stages.unknowns
+    X, width, count, sides = plan.X, plan.width, system.stages, plan.unknowns
     for k in range(STATES):
         start[k] = system.y[i * STATES + k]
-    for k in range(X.size):
-        X[k] = 0.0
+    X[:] = 0.0
     q = quaternion(start, ROTATION)
     for j in range(count + 1):
         for part, unknown in ((R, R_), (N, N_), (M, M_)):
             for a in range(3):
-                X[(_row(stages, part, j) + a) * width + sides + unknown + a] = 1.0
+                X[(_row(plan, part, j) + a) * width + sides + unknown + a] = 1.0
         for a in range(3):
-            put_quaternion(X, _row(stages, Q, j) * width + sides + PHI + a, width, half_product(q, vector(UNIT, 3 - a)))
-    piece = _linearise(system, i, piece, stages)
-    _condense(system, i, start, stages)
-    V = X[stages.explicit * count * width :]
+            put_quaternion(X, _row(plan, Q, j) * width + sides + PHI + a, width, half_product(q, vector(UNIT, 3 - a)))
+    piece = _linearise(system, i, piece, plan)
+    _condense(system, i, start, plan)
+    V = X[plan.explicit * count * width :]
     _eliminate(V, sides, sides, sides + STATES, width)
     for k in range(FREE * ROW):
         T[k] = 0.0
@@ -341,10 +343,10 @@ def _element(system: System, i: int, piece: int, stages: Stages, start: Array, T
         T[row * ROW + FREE + row] = -1.0
     following = quaternion(system.y, (i + 1) * STATES + ROTATION)
     r, dq, n, m = (
-        _row(stages, R, count) * width,
-        _row(stages, Q, count) * width,
-        _row(stages, N, count) * width,
-        _row(stages, M, count) * width,
+        _row(plan, R, count) * width,
+        _row(plan, Q, count) * width,
+        _row(plan, N, count) * width,
+        _row(plan, M, count) * width,
     )
     for k in range(FREE + SIDES):
         column, sign, at = (k if k < FREE else FREE + k), (1.0 if k < FREE else -1.0), sides + k
@@ -373,7 +375,7 @@ def sweep(
     """
     table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
     system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
-    plan, start = _plan(system, FREE + SIDES), np.empty(STATES)
+    plan, start = _planned(system, FREE + SIDES), np.empty(STATES)
     V = np.zeros(18 * ROW)
     T = V[6 * ROW :]
     sign = 1.0
@@ -418,18 +420,16 @@ def back(factors: Array, delta: Array) -> None:
 
 
 @inline
-def _solve_unknowns(stages: Stages, count: int, change: float) -> None:
-    """Eliminate the unknowns and write their values, and those of the explicit numbers, in place of the residuals."""
-    X, width, unknowns = stages.X, stages.width, stages.unknowns
-    first = stages.explicit * count
-    V = X[first * width :]
-    _eliminate(V, unknowns, unknowns, unknowns, width)
-    for row in range(unknowns - 1, -first - 1, -1):
-        at = (first + row) * width
-        value = X[at + unknowns] + change * X[at + unknowns + 1]
-        for k in range(max(row + 1, 0), unknowns):
-            value += X[at + k] * V[k * width + unknowns]
-        X[at + unknowns] = value if row < 0 else -value / X[at + row]
+def _solve(plan: Plan, change: float) -> None:
+    """Write the steps of all stages, for a change of the load factor, in the place of their residuals."""
+    X, width, unknowns, first = plan.X, plan.width, plan.unknowns, plan.explicit * plan.count
+    _eliminate(X[first * width :], unknowns, unknowns, unknowns, width)
+    for row in range(first + unknowns - 1, -1, -1):
+        x = row * width
+        value = X[x + unknowns] + change * X[x + unknowns + 1]
+        for k in range(max(row - first + 1, 0), unknowns):
+            value += X[x + k] * X[(first + k) * width + unknowns]
+        X[x + unknowns] = value if row < first else -value / X[x + row - first]
 
 
 @jit
@@ -440,7 +440,7 @@ def advance(
     """Write the nodes and stages moved by `part` of the Newton step delta (N + 1, 12) flat and the load factor's change."""
     table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
     system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
-    plan, start = _plan(system, SIDES), np.empty(STATES)
+    plan, start = _planned(system, SIDES), np.empty(STATES)
     piece = 0
     for i in range(x.size - 1):
         node, free, at = i * STATES, i * FREE, i * stages * STATES
@@ -455,11 +455,10 @@ def advance(
             start[POSITION + a] = y[node + POSITION + a] + delta[free + R_ + a]
             start[FORCE + a] = y[node + FORCE + a] + delta[free + N_ + a]
             start[MOMENT + a] = y[node + MOMENT + a] + delta[free + M_ + a]
-        for k in range(plan.X.size):
-            plan.X[k] = 0.0
+        plan.X[:] = 0.0
         piece = _linearise(system, i, piece, plan)
         _condense(system, i, start, plan)
-        _solve_unknowns(plan, stages, change)
+        _solve(plan, change)
         for p in range(PARTS):
             for j in range(stages):
                 for a in range(SIZE[p]):
@@ -488,7 +487,7 @@ def transfers(
     """Write T_i of (3) for every element that has a width into transfer (12 x 12 each,); else as for `sweep`."""
     table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
     system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
-    plan, start, T = _plan(system, FREE + SIDES), np.empty(STATES), np.empty(FREE * ROW)
+    plan, start, T = _planned(system, FREE + SIDES), np.empty(STATES), np.empty(FREE * ROW)
     piece, at = 0, 0
     for i in range(x.size - 1):
         if x[i + 1] == x[i]:
