@@ -41,8 +41,8 @@ def add(x: Array, i: int, a: Vector) -> None:
 
 @inline
 def add_multiple(x: Array, i: int, factor: float, y: Array, k: int, count: int) -> None:
-    """x[i + j] += factor y[k + j] for j < count; unsigned, so that no index counts from the end: then vectors are used."""
-    to, of = np.uint64(i), np.uint64(k)
+    """x[i + j] += factor y[k + j] for j < count."""
+    to, of = np.uint64(i), np.uint64(k)  # such an index never counts from the end: the compiler uses vectors
     for j in range(np.uint64(count)):
         x[to + j] += factor * y[of + j]
 

@@ -122,7 +122,7 @@ class Plan(NamedTuple):
     Columns: the unknowns, in the order of their rows; the right sides.
     """
 
-    count: int  # of stages
+    stages: int  # how many
     order: NDArray[np.int64]  # the parts, explicit ones first
     before: NDArray[np.int64]  # how many numbers stand before each part in that order
     links: NDArray[np.bool_]  # whether a part's slope depends on another part, (PARTS, PARTS)
@@ -247,8 +247,9 @@ def _linearise(system: System, i: int, piece: int, plan: Plan) -> int:
 @inline
 def _row(plan: Plan, part: int, j: int) -> int:
     """The first row of a part at stage j, or of y_i+1 for the stage behind the last one."""
-    before, count = plan.before[part], plan.count
-    return before * count + j * SIZE[part] if j < count else STATES * count + before
+    before, stages = plan.before[part], plan.stages
+    row: int = before * stages + j * SIZE[part] if j < stages else STATES * stages + before
+    return row
 
 
 @inline
@@ -264,7 +265,7 @@ def _slope(plan: Plan, part: int, l: int) -> None:
         if not plan.links[part, other]:
             continue
         row = _row(plan, other, l)
-        unknown = row - plan.explicit * plan.count
+        unknown = row - plan.explicit * plan.stages
         for a in range(SIZE[part]):
             j = (l * STATES + BEGIN[part] + a) * STATES + BEGIN[other]
             if unknown < 0:
@@ -277,7 +278,7 @@ def _slope(plan: Plan, part: int, l: int) -> None:
 @jit
 def _condense(system: System, i: int, start: Array, plan: Plan) -> None:
     """Write the rows of (1) and of y_i+1, part by part, from a start whose residuals alone stand on the right side."""
-    X, F, width, count = plan.X, plan.F, plan.width, plan.count
+    X, F, width, count = plan.X, plan.F, plan.width, plan.stages
     h, weights = system.x[i + 1] - system.x[i], count * PER_METHOD + count
     for part in plan.order:
         size = SIZE[part]
@@ -422,7 +423,7 @@ def back(factors: Array, delta: Array) -> None:
 @inline
 def _solve(plan: Plan, change: float) -> None:
     """Write the steps of all stages, for a change of the load factor, in the place of their residuals."""
-    X, width, unknowns, first = plan.X, plan.width, plan.unknowns, plan.explicit * plan.count
+    X, width, unknowns, first = plan.X, plan.width, plan.unknowns, plan.explicit * plan.stages
     _eliminate(X[first * width :], unknowns, unknowns, unknowns, width)
     for row in range(first + unknowns - 1, -1, -1):
         x = row * width
