@@ -40,6 +40,23 @@ def add(x: Array, i: int, a: Vector) -> None:
 
 
 @inline
+def add_multiple(x: Array, i: int, factor: float, y: Array, k: int, count: int) -> None:
+    """x[i + j] += factor y[k + j] for j < count."""
+    to, of = np.uint64(i), np.uint64(k)  # such an index never counts from the end: the compiler uses vectors
+    for j in range(np.uint64(count)):
+        x[to + j] += factor * y[of + j]
+
+
+@inline
+def add_row_times(x: Array, i: int, a: Vector, y: Array, k: int, width: int) -> None:
+    """Add a . Y to `width` numbers of x, with Y the three rows of that width in y from k on."""
+    to, row1 = np.uint64(i), np.uint64(k)
+    row2, row3 = row1 + np.uint64(width), row1 + np.uint64(2 * width)
+    for j in range(np.uint64(width)):
+        x[to + j] += a[0] * y[row1 + j] + a[1] * y[row2 + j] + a[2] * y[row3 + j]
+
+
+@inline
 def put(x: Array, i: int, step: int, a: Vector) -> None:
     """x[i], x[i + step], x[i + 2 step] = a."""
     x[i], x[i + step], x[i + 2 * step] = a

@@ -3,12 +3,15 @@ r"""Gauss collocation of the rod equations: Newton's equations of a whole mesh, 
 On the element from x_i to x_i + h the states Y_j at Gauss' points meet
 
     Y_j = y_i + h sum_l a_jl g(Y_l)                                                                  (1)
-    y_i+1 = y_i + sum_j d_j (Y_j - y_i),      d = b A^-1                                             (2)
+    y_i+1 = y_i + h sum_l b_l g(Y_l)                                                                 (2)
 
 Newton's unknowns at a node are the 12 numbers (dr, phi, dn, dm), with the small rotation phi in the section's frame,
-dq = 1/2 q (0, phi). The stages are eliminated element by element (r, n and m first: then little fills in), which leaves
+dq = 1/2 q (0, phi). The stages are eliminated element by element, which leaves
 
     T_i delta_i - delta_i+1 = -g_i                                                                   (3)
+
+By (1) most parts of the stages' steps are explicit: n, r and m follow one from the other and from q, which alone is
+unknown, but for n where r and n depend on each other, and for m in coupled sections. (2) is one row more of (1).
 
 At a station, where a support holds the rod or a point load acts, the node stands twice; the joint between the two is an
 element of no width, whose twelve equations are given. All are eliminated forward with six conditions carried along; rows
@@ -22,15 +25,22 @@ theorem IV.2.1 (Gauss' methods keep quadratic invariants: |q|, and of unloaded r
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import (
-    add,
+    add_multiple,
+    add_row_times,
     column,
     cross,
     dot,
     half_product,
+    minus,
+    plus,
+    put,
+    put_quaternion,
     quaternion,
     rotate,
     rotation,
@@ -48,9 +58,11 @@ from darboux.kernels.rod_equations import (
     FOLLOWER_MOMENT,
     FORCE,
     FORCE_GRADIENT,
+    K0,
     MOMENT,
     POSITION,
     ROTATION,
+    SINV,
     STATES,
     UNIT,
     WIDTH,
@@ -67,20 +79,21 @@ FEWEST_STAGES, MOST_STAGES = 2, 5
 SHAPED_COUPLE, SHAPED = 21, 42  # of a load that is a function of the shape: f, df/dr, df/dphi, then l likewise
 ROW = 2 * FREE + SIDES  # of the eliminated rows: 12 columns of the node, 12 of the next one, the right sides
 
-# The order in which the parts of a state are eliminated.
-ORDER = np.array([0, 1, 2, 9, 10, 11, 12, 3, 4, 5, 6, 7, 8])
+# The parts of a state, where they begin and how many numbers they have.
+R, Q, N, M, PARTS = 0, 1, 2, 3, 4
+BEGIN, SIZE = np.array([POSITION, ROTATION, FORCE, MOMENT]), np.array([3, 4, 3, 3])
 
 
-def _gauss(stages: int) -> tuple[Array, Array, Array]:
-    """Return the points c, the weights a and d = b A^-1 of Gauss' method on [0, 1]."""
+def _gauss(stages: int) -> tuple[Array, Array]:
+    """Return the points c of Gauss' method on [0, 1], and the weights a with b as their last row."""
     x, w = np.polynomial.legendre.leggauss(stages)
     c, b = 0.5 * (x + 1.0), 0.5 * w
     powers = np.arange(1, stages + 1)
     a = (c[:, None] ** powers / powers) @ np.linalg.inv(c[:, None] ** (powers - 1))
-    return c, np.asarray(a), np.asarray(np.linalg.solve(a.T, b))
+    return c, np.vstack([a, b])
 
 
-# One row of numbers per method, by its stages: c, a row by row, d.
+# One row of numbers per method, by its stages: c, a row by row, b.
 PER_METHOD = 2 * MOST_STAGES + MOST_STAGES**2
 METHODS = np.zeros((MOST_STAGES + 1) * PER_METHOD)
 for _stages in range(FEWEST_STAGES, MOST_STAGES + 1):
@@ -88,34 +101,112 @@ for _stages in range(FEWEST_STAGES, MOST_STAGES + 1):
     METHODS[_stages * PER_METHOD : _stages * PER_METHOD + _numbers.size] = _numbers
 
 
-@inline
-def _coefficients(table: Profile, piece: int, x: float, load_factor: float, c: Array) -> None:
-    """The rod's coefficients at x; the load's columns are scaled by the load factor."""
-    evaluate(table, piece, x, c)
-    for j in range(DEAD_FORCE, WIDTH):
-        c[j] *= load_factor
+class System(NamedTuple):
+    """What the kernels are given, as `sweep` explains it."""
+
+    stages: int
+    x: Array
+    y: Array
+    Y: Array
+    table: Profile
+    relaxing: Profile
+    shaped: Array
+    load_factor: float
+    yielding: float
+
+
+class Plan(NamedTuple):
+    """The steps of an element's stages as affine functions of the unknown ones and of the right sides, part by part.
+
+    Rows, `width` each: the parts in their order, the explicit ones first, each stage by stage; then y_i+1 likewise.
+    Columns: the unknowns, in the order of their rows; the right sides.
+    """
+
+    stages: int  # how many
+    order: NDArray[np.int64]  # the parts, explicit ones first
+    before: NDArray[np.int64]  # how many numbers stand before each part in that order
+    links: NDArray[np.bool_]  # whether a part's slope depends on another part, (PARTS, PARTS)
+    explicit: int  # how many numbers of a state are explicit
+    unknowns: int  # how many numbers of all stages are not
+    width: int
+    X: Array  # the rows
+    F: Array  # the slope of one part at one stage, in such rows
+    J: Array  # the Jacobians at the stages
+    g: Array  # the slopes at the stages, each followed by its derivative by the load factor
+    c: Array  # the coefficients
 
 
 @inline
-def _by_load_factor(y: Array, i: int, c: Array, dn: Array, dm: Array) -> None:
-    """The derivative of n' and m' with respect to the load factor, from the coefficients at load factor 1."""
+def _acts(table: Profile, first: int, end: int) -> bool:
+    """Whether any of these columns differs from zero anywhere."""
+    width = columns(table)
+    for k in range(0, table.coefficients.size, width):
+        for j in range(first, end):
+            if table.coefficients[k + j] != 0.0:
+                return True
+    return False
+
+
+@jit
+def _planned(system: System, sides: int) -> Plan:
+    """Find an order in which as many parts as possible are explicit: given by those before them and by unknown ones."""
+    table, shaped = system.table, system.shaped.size > 0
+    coupled, stretches = columns(table) > WIDTH, _acts(table, SINV, K0)
+    by_place, by_turn = (
+        shaped or _acts(table, FORCE_GRADIENT, FOLLOWER_FORCE),
+        shaped or _acts(table, FOLLOWER_FORCE, DEAD_MOMENT),
+    )
+    links = np.array(
+        [
+            [False, True, stretches, coupled],  # of r' on r, q, n, m
+            [False, True, coupled, True],
+            [by_place, by_turn, False, False],
+            [shaped, True, True, coupled],
+        ]
+    )
+    if not by_place:
+        order = np.array([N, R, M, Q])
+    elif not stretches:
+        order = np.array([R, N, M, Q])
+    else:
+        order = np.array([R, M, N, Q])
+    explicit = 9 - (3 if by_place and stretches else 0) - (3 if coupled else 0)
+    before, numbers = np.empty(PARTS, np.int64), 0
+    for part in order:
+        before[part] = numbers
+        numbers += SIZE[part]
+    count = system.stages
+    unknowns = (STATES - explicit) * count
+    width = unknowns + sides
+    X, F, J = np.empty(STATES * (count + 1) * width), np.empty(4 * width), np.zeros(count * STATES * STATES)
+    g, c = np.empty(count * SIDES * STATES), np.empty(columns(table))
+    return Plan(count, order, before, links, explicit, unknowns, width, X, F, J, g, c)
+
+
+@inline
+def _write_by_load_factor(y: Array, i: int, c: Array, yielding: float, dy: Array, j: int) -> None:
+    """The derivative of y' with respect to the load factor, from the coefficients at load factor 1."""
     r = vector(y, i + POSITION)
-    R = rotation(quaternion(y, i + ROTATION))
-    b, lb = rotate(R, vector(c, FOLLOWER_FORCE)), rotate(R, vector(c, FOLLOWER_MOMENT))
-    for a in range(3):
-        G = FORCE_GRADIENT + 3 * a
-        dn[a] = -(c[DEAD_FORCE + a] + c[G] * r[0] + c[G + 1] * r[1] + c[G + 2] * r[2] + b[a])
-        dm[a] = -(c[DEAD_MOMENT + a] + lb[a])
+    frame, n = rotation(quaternion(y, i + ROTATION)), vector(y, i + FORCE)
+    f = plus(plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)), rotate(frame, vector(c, FOLLOWER_FORCE)))
+    l = plus(vector(c, DEAD_MOMENT), rotate(frame, vector(c, FOLLOWER_MOMENT)))
+    d3 = column(frame, 2)
+    dr = scaled(yielding * dot(n, d3), d3)
+    put(dy, j + POSITION, 1, dr)
+    put_quaternion(dy, j + ROTATION, 1, (0.0, 0.0, 0.0, 0.0))
+    put(dy, j + FORCE, 1, scaled(-1.0, f))
+    put(dy, j + MOMENT, 1, minus(cross(n, dr), l))
 
 
 @inline
-def _add_shaped(Y: Array, y: int, shaped: Array, k: int, load_factor: float, g: Array, J: Array) -> None:
-    """Add the loads that are functions of the shape to the slope and to its Jacobian."""
+def _add_shaped(Y: Array, y: int, shaped: Array, k: int, load_factor: float, g: Array, j: int, J: Array) -> None:
+    """Add the loads that are functions of the shape to the slope, to its derivative by the load factor, to its Jacobian."""
     q = quaternion(Y, y + ROTATION)
     for part in range(2):
         f, row = k + part * SHAPED_COUPLE, (FORCE if part == 0 else MOMENT)
         for a in range(3):
-            g[row + a] -= load_factor * shaped[f + a]
+            g[j + row + a] -= load_factor * shaped[f + a]
+            g[j + STATES + row + a] -= shaped[f + a]
             for b in range(3):
                 k_ab = (row + a) * STATES + POSITION + b
                 before = J[k_ab] if part == 0 else 0.0  # dm'/dr is of the shape's couple alone
@@ -128,199 +219,145 @@ def _add_shaped(Y: Array, y: int, shaped: Array, k: int, load_factor: float, g: 
 
 
 @jit
-def _solve(W: Array, n: int, width: int) -> None:
-    """Solve W[:, :n] X = W[:, n:] in place, rows of `width`: elimination with row exchanges that skips zeros."""
-    for k in range(n):
-        best, pivot = abs(W[k * width + k]), k
-        for i in range(k + 1, n):
-            if abs(W[i * width + k]) > best:
-                best, pivot = abs(W[i * width + k]), i
-        if pivot != k:
-            for j in range(k, width):
-                W[k * width + j], W[pivot * width + j] = W[pivot * width + j], W[k * width + j]
-        over = 1.0 / W[k * width + k]
-        for i in range(k + 1, n):
-            factor = W[i * width + k] * over
-            if factor != 0.0:
-                for j in range(k + 1, width):
-                    W[i * width + j] -= factor * W[k * width + j]
-    for k in range(n - 1, -1, -1):
-        for i in range(k + 1, n):
-            factor = W[k * width + i]
-            if factor != 0.0:
-                for j in range(n, width):
-                    W[k * width + j] -= factor * W[i * width + j]
-        over = 1.0 / W[k * width + k]
-        for j in range(n, width):
-            W[k * width + j] *= over
-
-
-@jit
-def _stage_matrix(
-    method: int, stages: int, h: float, x: float, start: Array, Y: Array, at: int, table: Profile, relaxing: Profile,
-    piece: int, shaped: Array, load_factor: float, yielding: float, W: Array, width: int, residual: int, by_load: int,
-    w: Array,
-) -> int:  # fmt: skip
-    """Write 1 - h A (x) J, the residual of (1) and its derivative by the load factor; return the table's last piece."""
-    n = STATES * stages
-    c, g, J = w[: columns(table)], w[48 : 48 + STATES], w[64 : 64 + STATES * STATES]
-    dn, dm = w[250:253], w[253:256]
-    for k in range(n * width):
-        W[k] = 0.0
-    for k in range(STATES * STATES):
-        J[k] = 0.0
-    for comp in range(STATES):
-        row = ORDER[comp] * stages
-        for j in range(stages):
-            W[(row + j) * width + row + j] = 1.0
-            W[(row + j) * width + residual] = start[comp] - Y[at + j * STATES + comp]
-    for l in range(stages):
-        y = at + l * STATES
-        place = x + h * METHODS[method + l]
+def _linearise(system: System, i: int, piece: int, plan: Plan) -> int:
+    """Write the slopes at the stages, their derivatives by the load factor, their Jacobians; return the table's last piece."""
+    Y, table, c, g = system.Y, system.table, plan.c, plan.g
+    h = system.x[i + 1] - system.x[i]
+    for l in range(system.stages):
+        y, j = (i * system.stages + l) * STATES, l * SIDES * STATES
+        J = plan.J[l * STATES * STATES : (l + 1) * STATES * STATES]
+        place = system.x[i] + h * METHODS[system.stages * PER_METHOD + l]
         while piece < table.breaks.size - 2 and table.breaks[piece + 1] <= place:
             piece += 1
-        _coefficients(table, piece, place, load_factor, c)
-        write_derivative(Y, y, c, g, 0, 1)
-        write_jacobian(Y, y, c, J)
-        if shaped.size > 0:
-            _add_shaped(Y, y, shaped, (y // STATES) * SHAPED, load_factor, g, J)
-        for j in range(stages):
-            weight = h * METHODS[method + stages + j * stages + l]
-            for comp in range(STATES):
-                row = (ORDER[comp] * stages + j) * width
-                W[row + residual] += weight * g[comp]
-                for other in range(STATES):
-                    if J[comp * STATES + other] != 0.0:
-                        W[row + ORDER[other] * stages + l] -= weight * J[comp * STATES + other]
         evaluate(table, piece, place, c)
-        _by_load_factor(Y, y, c, dn, dm)
-        if yielding != 0.0:
-            force, d3 = vector(Y, y + FORCE), column(rotation(quaternion(Y, y + ROTATION)), 2)
-            dr = scaled(yielding * dot(force, d3), d3)
-            add(dm, 0, cross(force, dr))
-            for j in range(stages):
-                weight = h * METHODS[method + stages + j * stages + l]
-                for a in range(3):
-                    W[(ORDER[POSITION + a] * stages + j) * width + by_load] += weight * dr[a]
-        if relaxing.coefficients.size > 0:
-            evaluate(relaxing, piece, place, w[256:259])
-            dq = half_product(quaternion(Y, y + ROTATION), vector(w, 256))
-            for j in range(stages):
-                weight = h * METHODS[method + stages + j * stages + l]
-                for a in range(4):
-                    W[(ORDER[ROTATION + a] * stages + j) * width + by_load] += weight * dq[a]
-        if shaped.size > 0:
-            at_shape = (y // STATES) * SHAPED
-            for a in range(3):
-                dn[a] -= shaped[at_shape + a]
-                dm[a] -= shaped[at_shape + SHAPED_COUPLE + a]
-        for j in range(stages):
-            weight = h * METHODS[method + stages + j * stages + l]
-            for a in range(3):
-                W[(ORDER[FORCE + a] * stages + j) * width + by_load] += weight * dn[a]
-                W[(ORDER[MOMENT + a] * stages + j) * width + by_load] += weight * dm[a]
+        _write_by_load_factor(Y, y, c, system.yielding, g, j + STATES)
+        for k in range(DEAD_FORCE, WIDTH):
+            c[k] *= system.load_factor
+        write_derivative(Y, y, c, g, j, 1)
+        write_jacobian(Y, y, c, J)
+        if system.shaped.size > 0:
+            _add_shaped(Y, y, system.shaped, (y // STATES) * SHAPED, system.load_factor, g, j, J)
+        if system.relaxing.coefficients.size > 0:
+            evaluate(system.relaxing, piece, place, c[:3])
+            dq = half_product(quaternion(Y, y + ROTATION), vector(c, 0))
+            put_quaternion(g, j + STATES + ROTATION, 1, dq)
     return piece
 
 
 @inline
-def _response_sides(stages: int, start: Array, W: Array, width: int, column: int) -> None:
-    """Write the right sides of the response of the stages to the 12 unknowns of the element's start."""
-    q = quaternion(start, ROTATION)
-    for j in range(stages):
-        for a in range(3):
-            W[(ORDER[POSITION + a] * stages + j) * width + column + R_ + a] = 1.0
-            W[(ORDER[FORCE + a] * stages + j) * width + column + N_ + a] = 1.0
-            W[(ORDER[MOMENT + a] * stages + j) * width + column + M_ + a] = 1.0
-            dq = half_product(q, vector(UNIT, 3 - a))
-            for b in range(4):
-                W[(ORDER[ROTATION + b] * stages + j) * width + column + PHI + a] = dq[b]
+def _row(plan: Plan, part: int, j: int) -> int:
+    """The first row of a part at stage j, or of y_i+1 for the stage behind the last one."""
+    before, stages = plan.before[part], plan.stages
+    row: int = before * stages + j * SIZE[part] if j < stages else STATES * stages + before
+    return row
+
+
+@inline
+def _slope(plan: Plan, part: int, l: int) -> None:
+    """F: the slope of a part at stage l, J X + g."""
+    X, F, J, g, width = plan.X, plan.F, plan.J, plan.g, plan.width
+    for k in range(F.size):
+        F[k] = 0.0
+    for a in range(SIZE[part]):
+        for side in range(SIDES):
+            F[(a + 1) * width - SIDES + side] = g[(l * SIDES + side) * STATES + BEGIN[part] + a]
+    for other in range(PARTS):
+        if not plan.links[part, other]:
+            continue
+        row = _row(plan, other, l)
+        unknown = row - plan.explicit * plan.stages
+        for a in range(SIZE[part]):
+            j = (l * STATES + BEGIN[part] + a) * STATES + BEGIN[other]
+            if unknown < 0:
+                add_row_times(F, a * width, vector(J, j), X, row * width, width)
+            else:
+                for b in range(SIZE[other]):
+                    F[a * width + unknown + b] += J[j + b]
 
 
 @jit
-def _element(
-    method: int, stages: int, i: int, x: Array, y: Array, Y: Array, table: Profile, relaxing: Profile, piece: int,
-    shaped: Array, load_factor: float, yielding: float, start: Array, W: Array, w: Array, T: Array,
-) -> int:  # fmt: skip
+def _condense(system: System, i: int, start: Array, plan: Plan) -> None:
+    """Write the rows of (1) and of y_i+1, part by part, from a start whose residuals alone stand on the right side."""
+    X, F, width, count = plan.X, plan.F, plan.width, plan.stages
+    h, weights = system.x[i + 1] - system.x[i], count * PER_METHOD + count
+    for part in plan.order:
+        size = SIZE[part]
+        for j in range(count + 1):
+            x = _row(plan, part, j) * width
+            y, at = (system.Y, i * count + j) if j < count else (system.y, i + 1)
+            for a in range(size):
+                number = BEGIN[part] + a
+                X[x + (a + 1) * width - SIDES] += start[number] - y[at * STATES + number]
+        for l in range(count):
+            _slope(plan, part, l)
+            for j in range(count + 1):
+                x = _row(plan, part, j) * width
+                add_multiple(X, x, h * METHODS[weights + j * count + l], F, 0, size * width)
+    for k in range(plan.unknowns):
+        X[(plan.explicit * count + k) * width + k] -= 1.0
+
+
+@jit
+def _eliminate(V: Array, unknowns: int, candidates: int, rows: int, width: int) -> float:
+    """Eliminate the first columns of all rows, with pivots from the first rows; return the sign of the pivots."""
+    sign = 1.0
+    for k in range(unknowns):
+        best, pivot = abs(V[k * width + k]), k
+        for i in range(k + 1, candidates):
+            if abs(V[i * width + k]) > best:
+                best, pivot = abs(V[i * width + k]), i
+        if pivot != k:
+            sign = -sign
+            for j in range(width):
+                V[k * width + j], V[pivot * width + j] = V[pivot * width + j], V[k * width + j]
+        if V[k * width + k] < 0.0:
+            sign = -sign
+        over = 1.0 / V[k * width + k]
+        for i in range(k + 1, rows):
+            factor = V[i * width + k] * over
+            if factor != 0.0:
+                add_multiple(V, i * width + k + 1, -factor, V, k * width + k + 1, width - k - 1)
+    return sign
+
+
+@jit
+def _element(system: System, i: int, piece: int, plan: Plan, start: Array, T: Array) -> int:
     """(3): write the rows [T_i, -1, -gap, -d gap / d load factor] of one element, (12 x ROW,); return the table's piece."""
-    n = STATES * stages
-    width = n + FREE + SIDES
-    node, h = i * STATES, x[i + 1] - x[i]
+    X, width, count, sides = plan.X, plan.width, system.stages, plan.unknowns
     for k in range(STATES):
-        start[k] = y[node + k]
-    at = i * stages * STATES
-    piece = _stage_matrix(
-        method, stages, h, x[i], start, Y, at, table, relaxing, piece, shaped, load_factor, yielding, W, width,
-        n + FREE, n + FREE + 1, w,
-    )  # fmt: skip
-    _response_sides(stages, start, W, width, n)
-    _solve(W, n, width)
-    d = method + stages + stages * stages
-    total = 0.0
-    for j in range(stages):
-        total += METHODS[d + j]
-    columns = FREE + SIDES
-    S = w[64 : 64 + STATES * columns]  # what the 13 numbers of y_i+1 answer to the unknowns, the residual, the factor
-    for comp in range(STATES):
-        row = ORDER[comp] * stages
-        for k in range(columns):
-            S[comp * columns + k] = 0.0
-        gap = (1.0 - total) * start[comp]
-        for j in range(stages):
-            weight = METHODS[d + j]
-            gap += weight * Y[at + j * STATES + comp]
-            for k in range(columns):
-                S[comp * columns + k] += weight * W[(row + j) * width + n + k]
-        S[comp * columns + FREE] += gap - y[node + STATES + comp]
+        start[k] = system.y[i * STATES + k]
+    X[:] = 0.0
     q = quaternion(start, ROTATION)
-    for a in range(3):
-        S[(POSITION + a) * columns + R_ + a] += 1.0 - total
-        S[(FORCE + a) * columns + N_ + a] += 1.0 - total
-        S[(MOMENT + a) * columns + M_ + a] += 1.0 - total
-        dq = half_product(q, vector(UNIT, 3 - a))
-        for b in range(4):
-            S[(ROTATION + b) * columns + PHI + a] += (1.0 - total) * dq[b]
+    for j in range(count + 1):
+        for part, unknown in ((R, R_), (N, N_), (M, M_)):
+            for a in range(3):
+                X[(_row(plan, part, j) + a) * width + sides + unknown + a] = 1.0
+        for a in range(3):
+            put_quaternion(X, _row(plan, Q, j) * width + sides + PHI + a, width, half_product(q, vector(UNIT, 3 - a)))
+    piece = _linearise(system, i, piece, plan)
+    _condense(system, i, start, plan)
+    V = X[plan.explicit * count * width :]
+    _eliminate(V, sides, sides, sides + STATES, width)
     for k in range(FREE * ROW):
         T[k] = 0.0
     for row in range(FREE):
         T[row * ROW + FREE + row] = -1.0
-    following = quaternion(y, node + STATES + ROTATION)
-    for k in range(columns):
-        column = k if k < FREE else FREE + k
-        sign = 1.0 if k < FREE else -1.0
-        phi = turn(
-            following,
-            (S[3 * columns + k], S[4 * columns + k], S[5 * columns + k], S[6 * columns + k]),
-        )
+    following = quaternion(system.y, (i + 1) * STATES + ROTATION)
+    r, dq, n, m = (
+        _row(plan, R, count) * width,
+        _row(plan, Q, count) * width,
+        _row(plan, N, count) * width,
+        _row(plan, M, count) * width,
+    )
+    for k in range(FREE + SIDES):
+        column, sign, at = (k if k < FREE else FREE + k), (1.0 if k < FREE else -1.0), sides + k
+        phi = turn(following, (X[dq + at], X[dq + width + at], X[dq + 2 * width + at], X[dq + 3 * width + at]))
         for a in range(3):
-            T[(R_ + a) * ROW + column] = sign * S[(POSITION + a) * columns + k]
+            T[(R_ + a) * ROW + column] = sign * X[r + a * width + at]
             T[(PHI + a) * ROW + column] = sign * phi[a]
-            T[(N_ + a) * ROW + column] = sign * S[(FORCE + a) * columns + k]
-            T[(M_ + a) * ROW + column] = sign * S[(MOMENT + a) * columns + k]
+            T[(N_ + a) * ROW + column] = sign * X[n + a * width + at]
+            T[(M_ + a) * ROW + column] = sign * X[m + a * width + at]
     return piece
-
-
-@jit
-def _eliminate(V: Array, rows: int) -> float:
-    """Eliminate the first 12 columns of `rows` rows with row exchanges; return the sign of what it does to the determinant."""
-    sign = 1.0
-    for k in range(FREE):
-        best, pivot = abs(V[k * ROW + k]), k
-        for i in range(k + 1, rows):
-            if abs(V[i * ROW + k]) > best:
-                best, pivot = abs(V[i * ROW + k]), i
-        if pivot != k:
-            sign = -sign
-            for j in range(ROW):
-                V[k * ROW + j], V[pivot * ROW + j] = V[pivot * ROW + j], V[k * ROW + j]
-        if V[k * ROW + k] < 0.0:
-            sign = -sign
-        over = 1.0 / V[k * ROW + k]
-        for i in range(k + 1, rows):
-            factor = V[i * ROW + k] * over
-            if factor != 0.0:
-                for j in range(k + 1, ROW):
-                    V[i * ROW + j] -= factor * V[k * ROW + j]
-    return sign
 
 
 @jit
@@ -338,9 +375,8 @@ def sweep(
     factors (N x 12 x ROW,) out, for `back`.
     """
     table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
-    method = stages * PER_METHOD
-    n = STATES * stages
-    W, w, start = np.empty(n * (n + FREE + SIDES)), np.empty(320), np.empty(STATES)
+    system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
+    plan, start = _planned(system, FREE + SIDES), np.empty(STATES)
     V = np.zeros(18 * ROW)
     T = V[6 * ROW :]
     sign = 1.0
@@ -353,14 +389,12 @@ def sweep(
             for k in range(SIDES):
                 V[row * ROW + 2 * FREE + k] = carried[row * (FREE + SIDES) + FREE + k]
         if x[i + 1] > x[i]:
-            piece = _element(
-                method, stages, i, x, y, Y, table, relaxed, piece, shaped, load_factor, yielding, start, W, w, T
-            )
+            piece = _element(system, i, piece, plan, start, T)
         else:
             for k in range(FREE * ROW):
                 T[k] = joints[joint * FREE * ROW + k]
             joint += 1
-        sign *= _eliminate(V, 18)
+        sign *= _eliminate(V, FREE, 18, 18, ROW)
         for k in range(FREE * ROW):
             factors[i * FREE * ROW + k] = V[k]
         for row in range(6):
@@ -386,6 +420,19 @@ def back(factors: Array, delta: Array) -> None:
                 delta[here + row * SIDES + side] = value / factors[f + row]
 
 
+@inline
+def _solve(plan: Plan, change: float) -> None:
+    """Write the steps of all stages, for a change of the load factor, in the place of their residuals."""
+    X, width, unknowns, first = plan.X, plan.width, plan.unknowns, plan.explicit * plan.stages
+    _eliminate(X[first * width :], unknowns, unknowns, unknowns, width)
+    for row in range(first + unknowns - 1, -1, -1):
+        x = row * width
+        value = X[x + unknowns] + change * X[x + unknowns + 1]
+        for k in range(max(row - first + 1, 0), unknowns):
+            value += X[x + k] * X[(first + k) * width + unknowns]
+        X[x + unknowns] = value if row < first else -value / X[x + row - first]
+
+
 @jit
 def advance(
     stages: int, x: Array, y: Array, Y: Array, breaks: Array, coefficients: Array, degree: int, relaxing: Array,
@@ -393,40 +440,31 @@ def advance(
 ) -> None:  # fmt: skip
     """Write the nodes and stages moved by `part` of the Newton step delta (N + 1, 12) flat and the load factor's change."""
     table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
-    method = stages * PER_METHOD
-    n = STATES * stages
-    width = n + 2
-    W, w, start = np.empty(n * width), np.empty(320), np.empty(STATES)
-    dstart = np.empty(STATES)
+    system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
+    plan, start = _planned(system, SIDES), np.empty(STATES)
     piece = 0
     for i in range(x.size - 1):
-        node, at, h = i * STATES, i * stages * STATES, x[i + 1] - x[i]
-        if h == 0.0:
+        node, free, at = i * STATES, i * FREE, i * stages * STATES
+        if x[i + 1] == x[i]:
             for k in range(stages * STATES):
                 Y_new[at + k] = Y[at + k]
             continue
-        for k in range(STATES):
-            start[k] = y[node + k]
-        piece = _stage_matrix(
-            method, stages, h, x[i], start, Y, at, table, relaxed, piece, shaped, load_factor, yielding, W, width,
-            n, n + 1, w,
-        )  # fmt: skip
-        dq = half_product(quaternion(y, node + ROTATION), vector(delta, i * FREE + PHI))
+        dq = half_product(quaternion(y, node + ROTATION), vector(delta, free + PHI))
         for a in range(4):
-            dstart[ROTATION + a] = dq[a]
+            start[ROTATION + a] = y[node + ROTATION + a] + dq[a]
         for a in range(3):
-            dstart[POSITION + a] = delta[i * FREE + R_ + a]
-            dstart[FORCE + a] = delta[i * FREE + N_ + a]
-            dstart[MOMENT + a] = delta[i * FREE + M_ + a]
-        for comp in range(STATES):
+            start[POSITION + a] = y[node + POSITION + a] + delta[free + R_ + a]
+            start[FORCE + a] = y[node + FORCE + a] + delta[free + N_ + a]
+            start[MOMENT + a] = y[node + MOMENT + a] + delta[free + M_ + a]
+        plan.X[:] = 0.0
+        piece = _linearise(system, i, piece, plan)
+        _condense(system, i, start, plan)
+        _solve(plan, change)
+        for p in range(PARTS):
             for j in range(stages):
-                row = (ORDER[comp] * stages + j) * width
-                W[row + n] += dstart[comp] + change * W[row + n + 1]
-        _solve(W, n, width)
-        for j in range(stages):
-            for comp in range(STATES):
-                k = at + j * STATES + comp
-                Y_new[k] = Y[k] + part * W[(ORDER[comp] * stages + j) * width + n]
+                for a in range(SIZE[p]):
+                    k = at + j * STATES + BEGIN[p] + a
+                    Y_new[k] = Y[k] + part * plan.X[(_row(plan, p, j) + a) * plan.width + plan.unknowns]
     for i in range(x.size):
         node, free = i * STATES, i * FREE
         for a in range(3):
@@ -449,30 +487,13 @@ def transfers(
 ) -> None:  # fmt: skip
     """Write T_i of (3) for every element that has a width into transfer (12 x 12 each,); else as for `sweep`."""
     table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
-    n = STATES * stages
-    W, w, start, T = np.empty(n * (n + FREE + SIDES)), np.empty(320), np.empty(STATES), np.empty(FREE * ROW)
+    system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
+    plan, start, T = _planned(system, FREE + SIDES), np.empty(STATES), np.empty(FREE * ROW)
     piece, at = 0, 0
     for i in range(x.size - 1):
         if x[i + 1] == x[i]:
             continue
-        piece = _element(
-            stages * PER_METHOD,
-            stages,
-            i,
-            x,
-            y,
-            Y,
-            table,
-            relaxed,
-            piece,
-            shaped,
-            load_factor,
-            yielding,
-            start,
-            W,
-            w,
-            T,
-        )
+        piece = _element(system, i, piece, plan, start, T)
         for row in range(FREE):
             for k in range(FREE):
                 transfer[at + row * FREE + k] = T[row * ROW + k]

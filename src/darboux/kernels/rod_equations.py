@@ -94,16 +94,21 @@ def section(y: Array, i: int, c: Array) -> Section:
     material_n, material_m = unrotate(R, n), unrotate(R, vector(y, i + MOMENT))
     k = plus(vector(c, K0), symmetric_times(c, BINV, material_m))
     v = plus((0.0, 0.0, 1.0), symmetric_times(c, SINV, material_n))
-    if coupled(c):
-        k = plus(k, times(c, COUPLING, material_n))
-        v = plus(v, transposed_times(c, COUPLING, material_m))
     return Section(q, R, n, material_n, material_m, k, v)
 
 
 @inline
-def write_derivative(y: Array, i: int, c: Array, dy: Array, j: int, step: int) -> None:
-    """(2) and (3): the derivative, in dy[j], dy[j + step], ..., of the state that begins at y[i]."""
+def coupled_section(y: Array, i: int, c: Array) -> Section:
+    """The same with D."""
     x = section(y, i, c)
+    k = plus(x.k, times(c, COUPLING, x.material_n))
+    v = plus(x.v, transposed_times(c, COUPLING, x.material_m))
+    return Section(x.q, x.R, x.n, x.material_n, x.material_m, k, v)
+
+
+@inline
+def _write(x: Section, y: Array, i: int, c: Array, dy: Array, j: int, step: int) -> None:
+    """(2) and (3), of the state that begins at y[i] and its section."""
     r = vector(y, i + POSITION)
     f = plus(
         plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)),
@@ -117,6 +122,21 @@ def write_derivative(y: Array, i: int, c: Array, dy: Array, j: int, step: int) -
     put_quaternion(dy, j + ROTATION * step, step, dq)
     put(dy, j + FORCE * step, step, (-f[0], -f[1], -f[2]))
     put(dy, j + MOMENT * step, step, dm)
+
+
+@jit
+def _write_coupled(y: Array, i: int, c: Array, dy: Array, j: int, step: int) -> None:
+    """The same for a coupled section: not inlined, so that others do not pay for it."""
+    _write(coupled_section(y, i, c), y, i, c, dy, j, step)
+
+
+@inline
+def write_derivative(y: Array, i: int, c: Array, dy: Array, j: int, step: int) -> None:
+    """(2) and (3): the derivative, in dy[j], dy[j + step], ..., of the state that begins at y[i]."""
+    if coupled(c):
+        _write_coupled(y, i, c, dy, j, step)
+    else:
+        _write(section(y, i, c), y, i, c, dy, j, step)
 
 
 @inline
@@ -198,7 +218,7 @@ def _add_coupling(x: Section, c: Array, J: Array) -> None:
 @inline
 def write_jacobian(y: Array, i: int, c: Array, J: Array) -> None:
     """(4): d(y')/dy at the state that begins at y[i]; writes only the entries that may differ from zero."""
-    x = section(y, i, c)
+    x = coupled_section(y, i, c) if coupled(c) else section(y, i, c)
     _columns_of_position(c, J)
     _clear_coupling(J)
     for a in range(4):
