@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 MOST_NODES = 4  # of an interpolant: order 8
 GAUSS = 5  # points on an interval: of order 10, so that the interpolation between nodes sets the error, not the sum
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(GAUSS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,6 @@ def _hermite(s: Array, x: Array, y: Array, dy: Array) -> Array:
 
 def gauss_points(nodes: Array) -> tuple[Array, Array]:
     """Return points and weights of Gauss' rule of five points on each interval between nodes (n,): (5 (n - 1),) each."""
-    x, w = np.polynomial.legendre.leggauss(GAUSS)
     half = np.diff(nodes)[:, None] / 2.0
-    points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * x
-    return points.ravel(), (half * w).ravel()
+    points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * _POINTS
+    return points.ravel(), (half * _WEIGHTS).ravel()

@@ -71,12 +71,6 @@ def quaternion_of_turn(phi: Array) -> Array:
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * phi], axis=1)
 
 
-def rate(q: Array, dq: Array) -> Array:
-    """Return 2 vec(q* dq) / |q|^2 (n, 3), the rate in the frame's components at which q (n, 4) turns by dq (n, 4)."""
-    back = product(q * np.array([1.0, -1.0, -1.0, -1.0]), dq)
-    return np.asarray(2.0 * back[:, 1:] / np.sum(q * q, axis=1, keepdims=True))
-
-
 def accumulated(turns: Array) -> Array:
     """Return 1, q_1, q_1 q_2, ... for the turns q (n, 4): (n + 1, 4), by doubling."""
     q = np.concatenate([[[1.0, 0.0, 0.0, 0.0]], turns])

@@ -260,7 +260,7 @@ class EquilibriumSolution:
         bending, twist, stretch = integrals if self.elastic_parts is None else self.elastic_parts
         load = float(weights @ potential)
         ends = sum(
-            float(self.problem.end_load(at).force @ self.r(s)) for at, s in (("start", 0.0), ("end", rod.length))
+            float(self.problem.end_load(at).force @ self.curve.y[i, 0:3]) for at, i in (("start", 0), ("end", -1))
         )
         return Energy(bending, twist, stretch, self.load_factor * (load - ends))
 

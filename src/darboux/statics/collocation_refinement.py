@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import frames
-from darboux.kernels.collocation import METHODS, PER_METHOD
-from darboux.kernels.rod_equations import DEAD_FORCE, FORCE, FORCE_GRADIENT, K0, MOMENT, ROTATION, STATES
-from darboux.solution import ErrorEstimate
-from darboux.statics import coefficients
+from darboux.kernels.rod_equations import FORCE, MOMENT
+from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics.collocation_equations import MOST_ELEMENTS, Equations
-from darboux.statics.mesh import Mesh, size, stage_points, units
+from darboux.statics.mesh import Mesh, size, units
 
 Array = NDArray[np.float64]
 
@@ -79,7 +76,11 @@ def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorE
     held = [0, *coarse.joints, *(coarse.joints + 1), len(coarse.x) - 1]
     force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
     unit = [float(x) for x in units(fine.y)]
-    energies = [_energy(equations, mesh) * scale.moment for mesh in (coarse, fine)]
+    problem, model, status = equations.problem, equations.problem.rod.model, Status("converged", "")
+    energies = [
+        EquilibriumSolution(problem, None, model, status, equations.curve(mesh, 1.0)).energy.total
+        for mesh in (coarse, fine)
+    ]
     place = float(np.max(np.linalg.norm(gaps[:, :3], axis=1)))
     return ErrorEstimate(
         max(share * place, ROUNDING) * scale.length,
@@ -90,23 +91,3 @@ def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorE
             SURE * share * float(np.ptp(energies)), ROUNDING * max(scale.moment, *(abs(energy) for energy in energies))
         ),
     )
-
-
-def _energy(equations: Equations, mesh: Mesh) -> float:
-    """Return the elastic energy and the potential of the dead loads over EI / L, by the method's own Gauss points.
-
-    Its zero is not that of `EquilibriumSolution.energy`: only differences count here.
-    """
-    first = mesh.stages * PER_METHOD + mesh.stages + mesh.stages**2  # where b stands behind c and a
-    weights = METHODS[first : first + mesh.stages]
-    x, y = stage_points(mesh.x, mesh.stages).ravel(), mesh.Y.reshape(-1, STATES)
-    c = equations.table(x)
-    slopes, R = coefficients.slopes(c, y), frames.matrix_of_quaternion(y[:, ROTATION:FORCE])
-    k = frames.rate(y[:, ROTATION:FORCE], slopes[:, ROTATION:FORCE]) - c[:, K0 : K0 + 3]
-    M = np.einsum("nji,nj->ni", R, y[:, MOMENT:])
-    r = y[:, :3]
-    C = c[:, FORCE_GRADIENT : FORCE_GRADIENT + 9].reshape(-1, 3, 3)
-    density = 0.5 * np.sum(M * k, axis=1) + 0.5 * np.sum(y[:, FORCE:MOMENT] * (slopes[:, :3] - R[:, :, 2]), axis=1)
-    density -= np.sum(c[:, DEAD_FORCE : DEAD_FORCE + 3] * r, axis=1) + 0.5 * np.einsum("ni,nij,nj->n", r, C, r)
-    ends = sum(float(equations.problem.end_load(at).force @ mesh.y[i, :3]) for at, i in (("start", 0), ("end", -1)))
-    return float(np.diff(mesh.x) @ (density.reshape(-1, mesh.stages) @ weights)) - ends / equations.scale.force
