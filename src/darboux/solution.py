@@ -251,7 +251,7 @@ class EquilibriumSolution:
     def energy(self) -> Energy:
         """The energies, integrated by Gauss' rule of five points between nodes; elastic ones the method's own if it has."""
         points, weights = gauss_points(self._nodes)
-        rod, y = self.problem.rod, self.curve(points)
+        y = self.curve(points)
         r, works = y[:, 0:3], np.prod(self._section(points, y), axis=0)
         stretched, bent, twisted = (np.sum(works[:, part], axis=1) for part in np.split(np.arange(6), [3, 5]))
         loads = self.problem.distributed(points)
