@@ -71,16 +71,11 @@ class DiscreteRod:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
-        beyond = limits.beyond(problem, "DiscreteRod") or limits.coupled(problem, "DiscreteRod")
+        beyond = limits.beyond_nodes(problem, "DiscreteRod") or limits.coupled(problem, "DiscreteRod")
         if beyond:
             return beyond
         if problem.rod.shear:
             return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation(), or set shear=False."
-        loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
-        if np.any(loads.b) or np.any(loads.lb):
-            return (
-                "DiscreteRod states dead loads, but a load turns with the section (frame='section'); use Collocation()."
-            )
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
@@ -89,7 +84,8 @@ class DiscreteRod:
         if refusal:
             raise InvalidInput(refusal)
         began = time.perf_counter()
-        nodes = nodes_along(self.segments, self.grading, problem.start.holds, problem.end.holds)
+        stations = [s / problem.rod.length for s in problem.stations]
+        nodes = nodes_along(self.segments, self.grading, problem.start.holds, problem.end.holds, stations)
         chain = Chain(problem, nodes, self.clamp == "two_vertices")
         branch = ChainBranch(chain)
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
@@ -119,7 +115,7 @@ class DiscreteRod:
             discrete_fields.curve(chain, shape, path.load_factor, branch.gradient),
             load_factor=path.load_factor,
             index=index,
-            elastic_parts=discrete_fields.elastic_parts(chain, shape, path.load_factor),
+            elastic_parts=discrete_fields.elastic_parts(chain, shape),
             statistics={
                 "seconds": time.perf_counter() - began,
                 "load_steps": path.steps,

@@ -33,26 +33,35 @@ class ChainBranch:
         n = chain.unknowns
         self.work = np.zeros(discrete_rod.WORK)
         self.gradient, self.lower = np.zeros(n), np.zeros(band.LOWER * n)
-        self.general = np.zeros(band.FULL * n) if np.any(chain.couples) else None  # couples are not symmetric
+        self.general = None if chain.symmetric else np.zeros(band.FULL * n)  # loads without a potential
 
     # -- Newton's method -----------------------------------------------------------------------------------------
 
     def assemble(self, shape: Shape, load_factor: float) -> float:
-        """Fill gradient and band (and the general band where couples act), fixed unknowns held; return the energy."""
+        """Fill gradient and band (the general one where loads have no potential), of packed unknowns; return the energy."""
+        self.chain.at(load_factor)
         rod, loads = self.chain.elasticity(shape.T), self.chain.loads(load_factor)
         energy: float = discrete_rod.energy_gradient_hessian(
             shape.state, rod, loads, self.work, self.gradient, self.lower
         )
         if self.general is not None:
             band.expand(self.lower, self.chain.unknowns, self.general)
-            couples = (load_factor * self.chain.couples).ravel()
-            discrete_rod.add_couples(shape.state, couples, self.gradient, self.general)
-        return energy
+            following = self.chain.edge_loads(shape, load_factor)
+            flat = [part.ravel() for part in following]
+            discrete_rod.add_couples(shape.state, flat[3], self.gradient, self.general)
+            discrete_rod.add_edge_loads(shape.state, *flat, self.gradient, self.general)
+        return energy + self.chain.energy_of_supports(shape, load_factor)
 
-    def _hold(self) -> None:
-        if self.general is not None:
+    def hold(self, shape: Shape, load_factor: float) -> None:
+        """Bring band and gradient from packed unknowns to those of the supports, and hold what these hold."""
+        if self.general is None:
+            self.chain.hold(shape, load_factor, self.lower, self.gradient, True)
+            self.lower[:: band.LOWER] += self.chain.shift / self.chain.edges
+            band.fix(self.lower, self.gradient, self.chain.fixed)
+        else:
+            self.chain.hold(shape, load_factor, self.general, self.gradient, False)
+            self.general[band.REACH :: band.FULL] += self.chain.shift / self.chain.edges
             band.fix_general(self.general, self.gradient, self.chain.fixed)
-        band.fix(self.lower, self.gradient, self.chain.fixed)
 
     def _factor(self) -> tuple[int, Any]:
         """Return the number of negative pivots (-1: singular) and the factors."""
@@ -90,30 +99,28 @@ class ChainBranch:
         self, shape: Shape, load_factor: float, tolerance: float, stable: bool
     ) -> tuple[Shape, float, int] | None:
         """Newton's method: downhill with a positive definite Hessian all the way where ``stable``, else undamped."""
-        turned, last, parts = 0.0, np.inf, np.empty(4)
+        turned, last = 0.0, np.inf
         near = (
             SETTLING if load_factor == self.came_from else PATH_TOLERANCE
         )  # below this a change need not contract at once
         for iteration in range(1, MOST_ITERATIONS + 1):
             self.iterations += 1
             energy = self.assemble(shape, load_factor)
-            self._hold()
+            self.hold(shape, load_factor)
             slope = self.gradient.copy()
             index, factors = self._factor()
             if index < 0 or not np.isfinite(energy) or (stable and index > 0):
                 return None
-            step = self._solve(factors, -slope)
+            own = self._solve(factors, -slope)
+            step = self.chain.packed(shape, own)
             size = self.chain.turn(step)
             if not np.isfinite(size):
                 return None
             scale = 1.0
             trial = self.chain.moved(shape, step, scale)
             if stable and size > 1e-7:
-                rod, loads = self.chain.elasticity(shape.T), self.chain.loads(load_factor)
-                descent = float(slope @ step)
-                while discrete_rod.energy(
-                    trial.state, rod, loads, parts
-                ) > energy + 1e-4 * scale * descent + 1e-13 * abs(energy):
+                descent = float(slope @ own)
+                while self._energy(trial, shape, load_factor) > energy + 1e-4 * scale * descent + 1e-13 * abs(energy):
                     scale *= 0.5
                     if scale < SHORTEST_LINE:
                         return None
@@ -130,6 +137,13 @@ class ChainBranch:
             last = size
         return None
 
+    def _energy(self, trial: Shape, shape: Shape, load_factor: float) -> float:
+        """Return the energy of a trial, with the multipliers of the shape that it comes from."""
+        chain, parts = self.chain, np.empty(4)
+        rod, loads = chain.elasticity(shape.T), chain.loads(load_factor)
+        energy: float = discrete_rod.energy(trial.state, rod, loads, parts)
+        return energy + chain.energy_of_supports(trial._replace(reactions=shape.reactions), load_factor)
+
     def settle(self, shape: Shape) -> Shape | None:
         """Return the equilibrium at full load to the last digits, from one that the path reached."""
         self.came_from = 1.0
@@ -137,19 +151,19 @@ class ChainBranch:
         return None if found is None else found[0]
 
     def index(self, shape: Shape, load_factor: float) -> int | None:
-        """Return the number of negative eigenvalues of the Hessian; None under couples, which have no energy."""
+        """Return the number of negative eigenvalues of the Hessian; None under loads without a potential."""
         if self.general is not None:
             return None
         self.assemble(shape, load_factor)
-        self._hold()
+        self.hold(shape, load_factor)
         return max(band.factor(self.lower, self.chain.unknowns), 0)
 
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
     def stability(self, shape: Shape, load_factor: float) -> tuple[float, int | None]:
-        """Return the sign of the determinant, 0 where it is singular, and the unstable directions; None under couples."""
+        """Return the sign of the determinant, 0 where it is singular, and the unstable directions; None under loads without a potential."""
         self.assemble(shape, load_factor)
-        self._hold()
+        self.hold(shape, load_factor)
         negative = self._factor()[0]
         return _sign(negative), None if self.general is not None else max(negative, 0)
 
@@ -160,21 +174,19 @@ class ChainBranch:
         there = self.chain.posed(shape, load_factor + step)
         self.chain.lend(load_factor + step)
         self.assemble(there, load_factor + step)
+        self.hold(there, load_factor + step)
         ahead = self.gradient.copy()
         self.chain.lend(load_factor)
         self.assemble(shape, load_factor)
+        self.hold(shape, load_factor)
         change = (ahead - self.gradient) / step
-        self._hold()
         index, factors = self._factor()
-        change[self.chain.fixed] = 0.0
         if index < 0:
             return change, np.inf
         tangent = self._solve(factors, -change)
-        moved = np.zeros((self.chain.edges + 1, 4))
-        moved[:, :3] = (there.state.x - shape.state.x).reshape(-1, 3) / step
-        tangent[self.chain.fixed] = moved.ravel()[:-1][
-            self.chain.fixed
-        ]  # a far clamp that moves takes its vertices along
+        fixed = self.chain.fixed  # a support that moves takes along what it holds
+        tangent[fixed] = self.chain.rates(shape, there, step)[fixed]
+        tangent = self.chain.packed(shape, tangent)
         return tangent, self.chain.turn(tangent)
 
     def predict(self, shape: Shape, tangent: Array, step: float) -> Shape:
