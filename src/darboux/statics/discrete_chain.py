@@ -215,6 +215,7 @@ class Chain:
         for end, (position, frame) in zip(self.ends, poses, strict=True):
             if end.support.holds and end.support is not support:
                 end.conditions.grow_from(np.concatenate([position, frames.quaternion_of_matrix(frame)]))
+            end.at(0.0)
         for k, conditions, _ in self.between:
             if conditions.support is not support:
                 conditions.grow_from(np.concatenate([x[k - 1], [1.0, 0.0, 0.0, 0.0]]))
@@ -291,21 +292,26 @@ class Chain:
     def posed(self, shape: Shape, load_factor: float) -> Shape:
         """Put what the supports hold where it belongs at a load factor."""
         self.at(load_factor)
-        state = State(*(part.copy() for part in shape.state))
-        x, t, d1 = (part.reshape(-1, 3) for part in state[:3])
-        for end, k, place, R in self._ends(state):
-            vertex = 1 if k == 0 else -2
-            x[vertex] = end.held_place(place)
-            R = end.held_frame(R)
-            self._put(state, end, R)
+        x = shape.state.x.reshape(-1, 3)
+        new, held = x.copy(), []
+        for end, k, place, R in self._ends(shape.state):
+            vertex, inner = (1, 2) if k == 0 else (-2, -3)
+            held.append(end.held_frame(R))
+            new[vertex] = end.held_place(place)
             if self.frozen[k]:
-                inner = 2 if k == 0 else -3
-                x[inner] = x[vertex] - end.outward * self.l[1 if k == 0 else -2] * R[:, 2]
-                t[inner], d1[inner] = R[:, 2], R[:, 0]
+                new[inner] = new[vertex] - end.outward * self.l[vertex] * held[k][:, 2]
         for i, conditions, _ in self.between:
             support = conditions.support
             A = support.displacement_axes[:, list(support.held_displacement)]
-            x[i] += A @ (A.T @ (conditions.pose(load_factor)[0] - x[i]))
+            new[i] += A @ (A.T @ (conditions.pose(load_factor)[0] - x[i]))
+        step = np.zeros((self.edges + 3, 4))
+        step[:, :3] = new - x
+        state = _advanced(shape.state, step.ravel()[:-1])
+        t, d1 = (part.reshape(-1, 3) for part in state[1:3])
+        for end, R, frozen, inner in zip(self.ends, held, self.frozen, (2, -3), strict=True):
+            self._put(state, end, R)
+            if frozen:
+                t[inner], d1[inner] = R[:, 2], R[:, 0]
         return shape._replace(state=state)
 
     def rates(self, shape: Shape, there: Shape, step: float) -> Array:
