@@ -14,7 +14,7 @@ from darboux.statics.discrete_chain import Chain, Shape
 
 Array = NDArray[np.float64]
 
-PATH_TOLERANCE = 1e-3  # of the last change of Newton on the way, as a turn in rad: what is left over is its square
+PATH_TOLERANCE = 1e-4  # of the last change of Newton on the way, as a turn in rad: what is left over is its square
 TOLERANCE = 1e-10  # and at full load
 SETTLING = 1e-2  # rad by which an equilibrium may move when what was lent to it is taken back
 MOST_ITERATIONS = 40
@@ -190,8 +190,8 @@ class ChainBranch:
         return tangent, self.chain.turn(tangent)
 
     def predict(self, shape: Shape, tangent: Array, step: float) -> Shape:
-        """Return the shape moved along the tangent."""
-        return self.chain.moved(shape, tangent, step)
+        """Return the shape moved along the tangent; a groove moves too, so that what it holds with is left to Newton."""
+        return self.chain.moved(shape, tangent, step)._replace(reactions=shape.reactions)
 
     def correct(self, shape: Shape, load_factor: float) -> load_path.Corrected[Shape] | None:
         """Return the equilibrium near a predicted shape, or None."""
