@@ -14,9 +14,10 @@ import numpy as np
 
 from darboux import checks
 from darboux.checks import assign, description
+from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
-from darboux.solution import EquilibriumSolution, Status
+from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import discrete_fields, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
@@ -43,6 +44,8 @@ class DiscreteRod:
     segments: int = 100
     clamp: str = "half_cell"
     grading: float = 1.0
+    extrapolate: bool = False
+    descend: bool = False
 
     def __post_init__(self) -> None:
         grading = checks.positive("discrete_rod.grading", self.grading)
@@ -53,17 +56,21 @@ class DiscreteRod:
             segments=checks.whole("discrete_rod.segments", self.segments, 2),
             clamp=checks.choice("discrete_rod.clamp", self.clamp, CLAMPS),
             grading=grading,
+            extrapolate=checks.flag("discrete_rod.extrapolate", self.extrapolate),
+            descend=checks.flag("discrete_rod.descend", self.descend),
         )
 
     def __str__(self) -> str:
         extra = "" if self.clamp == "half_cell" else f", {self.clamp!r}"
         extra += "" if self.grading == 1.0 else f", grading={self.grading:g}"
+        extra += "".join(f", {name}=True" for name in ("extrapolate", "descend") if getattr(self, name))
         return f"DiscreteRod({self.segments}{extra})"
 
     @property
     def order(self) -> int:
         """The order of the error in 1/segments."""
-        return 2 if self.clamp == "half_cell" else 1
+        order = 2 if self.clamp == "half_cell" else 1
+        return 2 * order if self.extrapolate else order
 
     def refined(self, factor: int) -> DiscreteRod:
         """Return the method with ``factor`` times the segments."""
@@ -83,9 +90,15 @@ class DiscreteRod:
         refusal = self.refuses(problem)
         if refusal:
             raise InvalidInput(refusal)
+        coarse = self._solved(problem, 0)
+        return self._extrapolated(coarse, self._solved(problem, 1)) if self.extrapolate and coarse.converged else coarse
+
+    def _solved(self, problem: Equilibrium, halvings: int) -> EquilibriumSolution:
+        """Return the equilibrium on the nodes, or on those with each segment halved."""
         began = time.perf_counter()
         stations = [s / problem.rod.length for s in problem.stations]
-        nodes = nodes_along(self.segments, self.grading, problem.start.holds, problem.end.holds, stations)
+        held = problem.start.holds, problem.end.holds
+        nodes = nodes_along(self.segments, self.grading, *held, stations, halvings)
         chain = Chain(problem, nodes, self.clamp == "two_vertices")
         branch = ChainBranch(chain)
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
@@ -124,3 +137,27 @@ class DiscreteRod:
                 "crossings": tuple(path.crossings),
             },
         )
+
+    def _extrapolated(self, coarse: EquilibriumSolution, fine: EquilibriumSolution) -> EquilibriumSolution:
+        """Return Richardson's extrapolation at the coarse nodes, with what it changed in the fine answer as its error.
+
+        y = y_2N + (y_2N - y_N) / (2^p - 1),   p the order
+        """
+        if not fine.converged:
+            return fine
+        gain = 1.0 / (2 ** (self.order // 2) - 1)
+        common = np.isin(fine.curve.s, coarse.curve.s)
+        a, b = (np.concatenate([x.curve.y, x.curve.dy], axis=1)[at] for x, at in ((coarse, slice(None)), (fine, common)))
+        turned = np.sign(np.sum(a[:, 3:7] * b[:, 3:7], axis=1, keepdims=True))  # q and -q are one orientation
+        a[:, 3:7] *= turned
+        a[:, 16:20] *= turned
+        y = b + gain * (b - a)
+        norm = np.linalg.norm(y[:, 3:7], axis=1, keepdims=True)
+        y[:, 3:7] /= norm
+        y[:, 16:20] /= norm
+        parts = tuple(f + gain * (f - c) for c, f in zip(coarse.elastic_parts or (), fine.elastic_parts or (), strict=True))
+        answer = replace(fine, curve=Curve(coarse.curve.s, y[:, :13], y[:, 13:]), elastic_parts=parts)
+        change = np.abs(y - b)[[0, -1]]
+        tip = float(np.linalg.norm(answer.tip - fine.tip))
+        error = ErrorEstimate(tip, float(np.max(change[:, 7:10])), float(np.max(change[:, 10:13])))
+        return replace(answer, error=error)
