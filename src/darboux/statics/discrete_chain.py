@@ -103,8 +103,10 @@ class Chain:
         self.C = _ghosted(_six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None])
         spread = self.l[:, None]
         self.couples = on_edges[:, DEAD_MOMENT : DEAD_MOMENT + 3] * spread
-        self.section_force = np.repeat(on_edges[:, None, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread[:, None] / 2, 2, 1)
-        self.section_couple = on_edges[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] * spread
+        # Of followers in the section's frame: what grows with the load factor, and what grows with its square.
+        self.section_force, self.section_couple = np.zeros((2, len(self.l), 2, 3)), np.zeros((2, len(self.l), 3))
+        self.section_force[0] = 0.5 * (on_edges[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread)[:, None]
+        self.section_couple[0] = on_edges[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] * spread
         self.distributed = self.f.copy()
         for at, i in (("start", 1), ("end", -2)):
             self.f[i] += self.problem.end_load(at).force / self.scale.force
@@ -113,8 +115,13 @@ class Chain:
             share = self.l[[i, i - 1]] / (self.l[i - 1] + self.l[i])  # of the edges in front of it and behind it
             self.f[i] += load.force / self.scale.force
             self.couples[[i - 1, i]] += share[:, None] * load.moment / self.scale.moment
-            self.section_couple[[i - 1, i]] += share[:, None] * load.section_moment / self.scale.moment
-            self.section_force[[i - 1, i], [1, 0]] += share[:, None] * load.section_force / self.scale.force
+            force, moment = load.section_force / self.scale.force, load.section_moment / self.scale.moment
+            # The section's curvature jumps by C d, so the mean of the edges' frames is turned by half of l_a l_b / (l_a + l_b) of it.
+            c = coefficients.columns(self.problem, self.scale, self.nodes[i - 1 : i])[:, BINV : BINV + 6]
+            turn = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0] @ moment
+            for order, vectors in enumerate(((force, moment), (np.cross(turn, force), np.cross(turn, moment)))):
+                self.section_force[order][[i - 1, i], [1, 0]] += share[:, None] * vectors[0]
+                self.section_couple[order][[i - 1, i]] += share[:, None] * vectors[1]
         loads = sum(float(np.sum(np.abs(part))) for part in (self.f, self.C, self.section_force))
         self.penalty = PENALTY + PENALTY_OF_LOADS * loads
         self.EA = np.full(self.edges + 2, self.penalty)
@@ -158,8 +165,10 @@ class Chain:
     def edge_loads(self, shape: Shape, load_factor: float) -> EdgeLoads:
         """Return the loads that follow the shape, with their derivatives; the dead couples among M."""
         R = self.frames(shape)
-        F = load_factor * np.einsum("nij,nkj->nki", R, self.section_force)
-        M = load_factor * np.einsum("nij,nj->ni", R, self.section_couple)
+        force, couple = (
+            load_factor * (part[0] + load_factor * part[1]) for part in (self.section_force, self.section_couple)
+        )
+        F, M = np.einsum("nij,nkj->nki", R, force), np.einsum("nij,nj->ni", R, couple)
         loads = EdgeLoads(F, np.zeros((*F.shape, 3)), -_cross_matrices(F), M, np.zeros((*M.shape, 3)), -_cross_matrices(M))
         for load in self.problem.of_shape:
             self._add_of_shape(load, shape, R, load_factor, loads)
