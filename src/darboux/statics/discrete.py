@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import discrete_fields, limits, load_path
+from darboux.statics import discrete_fields, discrete_modes, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
 
@@ -103,20 +104,21 @@ class DiscreteRod:
         branch = ChainBranch(chain)
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
             path = load_path.follow(branch, chain.unloaded())
+            shape, fell = path.state, False
+            settled = branch.settle(shape) if path.load_factor == 1.0 else shape
+            shape = settled or shape
+            path.index = branch.index(shape, path.load_factor)
+            if self.descend and path.load_factor == 1.0 and path.index:
+                fallen = branch.fallen(shape)
+                shape, fell = fallen or shape, fallen is not None
+                path.index = 0 if fell else path.index
             code, message = load_path.ending(path, "DiscreteRod")
-            shape = path.state
-            if path.load_factor == 1.0:
-                settled = branch.settle(shape)
-                if settled is None:
-                    code, message = "no_convergence", "Newton's method did not settle at full load; try fewer segments."
-                shape = settled or shape
-            if (
-                path.load_factor == 1.0
-                and not problem.rod.stretch
-                and np.max(np.abs(chain.stretch(shape))) > INEXTENSIBLE
-            ):
+            if fell:
+                message = f"{message} The rod left it along its most unstable direction, and fell to this stable equilibrium."
+            if settled is None:
+                code, message = "no_convergence", "Newton's method did not settle at full load; try fewer segments."
+            elif path.load_factor == 1.0 and not problem.rod.stretch and np.max(np.abs(chain.stretch(shape))) > INEXTENSIBLE:
                 code, message = "no_convergence", limits.PUSHED
-            index = branch.index(shape, path.load_factor)
             branch.assemble(shape, path.load_factor)
         if path.load_factor < 1.0 and problem.rod.stretch and float(np.min(chain.stretch(shape))) < FLATTEST - 1.0:
             code, message = "no_convergence", load_path.flattened(path)
@@ -127,7 +129,8 @@ class DiscreteRod:
             Status(code, message),
             discrete_fields.curve(chain, shape, path.load_factor, branch.gradient),
             load_factor=path.load_factor,
-            index=index,
+            index=path.index,
+            lowest_modes=partial(discrete_modes.modes, chain, shape, path.load_factor),
             elastic_parts=discrete_fields.elastic_parts(chain, shape),
             statistics={
                 "seconds": time.perf_counter() - began,

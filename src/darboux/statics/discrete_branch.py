@@ -21,6 +21,9 @@ MOST_ITERATIONS = 40
 SHORT_STEP = 2e-3  # of the load factor
 FLATTEST = 1e-3  # an edge shorter than this, over its rest length, has been compressed to nothing
 SHORTEST_LINE = 2.0**-12
+FIRST_FALL = 0.05  # rad, the first step from an unstable equilibrium
+SMALLEST_SHIFT = 1e-2  # of EI / L^3 per length, by which an indefinite Hessian is made positive
+MOST_FALLING, INVERSE_ITERATIONS = 500, 30
 
 
 class ChainBranch:
@@ -149,6 +152,54 @@ class ChainBranch:
         self.came_from = 1.0
         found = self.newton(self.chain.taken_back(shape), 1.0, TOLERANCE)
         return None if found is None else found[0]
+
+    def fallen(self, shape: Shape) -> Shape | None:
+        """Return the stable equilibrium at full load that the energy's descent reaches from an unstable one, or None.
+
+        The first step goes along the lowest mode, the others are Newton's with a shift that makes the Hessian positive.
+        """
+        step, shift = self._lowest(shape), 0.0
+        shape = self.chain.moved(shape, self.chain.packed(shape, step), 1.0)
+        self.chain.settled(shape)
+        for _ in range(MOST_FALLING):
+            self.iterations += 1
+            energy = self.assemble(shape, 1.0)
+            self.hold(shape, 1.0)
+            slope, shift, unshifted = self.gradient.copy(), 0.25 * shift, self.lower.copy()
+            shift = shift if shift > SMALLEST_SHIFT else 0.0
+            while self._factor()[0] != 0:
+                shift = max(4.0 * shift, SMALLEST_SHIFT)
+                self.lower[:] = unshifted
+                self.lower[:: band.LOWER] += shift / self.chain.edges
+            own = self._solve(None, -slope)
+            step = self.chain.packed(shape, own)
+            size = self.chain.turn(step)
+            scale = min(1.0, load_path.LARGEST_CORRECTED_TURN / size)
+            trial = self.chain.moved(shape, step, scale)
+            while size > 1e-7 and self._energy(trial, shape, 1.0) > energy + 1e-4 * scale * float(slope @ own):
+                scale *= 0.5
+                if scale < SHORTEST_LINE:
+                    return None
+                trial = self.chain.moved(shape, step, scale)
+            shape = trial
+            self.chain.settled(shape)
+            if shift == 0.0 and size <= TOLERANCE:
+                return shape._replace(unstable=0)
+        return None
+
+    def _lowest(self, shape: Shape) -> Array:
+        """Return a step of FIRST_FALL rad along the lowest eigenvector of the Hessian, by inverse iteration."""
+        self.assemble(shape, 1.0)
+        self.hold(shape, 1.0)
+        unshifted, shift = self.lower.copy(), SMALLEST_SHIFT
+        while self._factor()[0] != 0:
+            shift *= 2.0
+            self.lower[:] = unshifted
+            self.lower[:: band.LOWER] += shift / self.chain.edges
+        vector = np.where(self.chain.fixed, 0.0, np.random.default_rng(1).normal(size=self.chain.unknowns))
+        for _ in range(INVERSE_ITERATIONS):
+            vector = self._solve(None, vector / np.linalg.norm(vector))
+        return vector * (FIRST_FALL / self.chain.turn(self.chain.packed(shape, vector)))
 
     def index(self, shape: Shape, load_factor: float) -> int | None:
         """Return the number of negative eigenvalues of the Hessian; None under loads without a potential."""
