@@ -605,7 +605,15 @@ def add_couples(state: State, M: Array, residual: Array, general: Array) -> None
 
 @jit
 def add_edge_loads(
-    state: State, F: Array, F_r: Array, F_phi: Array, M: Array, M_r: Array, M_phi: Array, residual: Array, general: Array
+    state: State,
+    F: Array,
+    F_r: Array,
+    F_phi: Array,
+    M: Array,
+    M_r: Array,
+    M_phi: Array,
+    residual: Array,
+    general: Array,
 ) -> None:
     """Add the loads that follow the shape: forces F (6 N) on the two vertices of each edge, couples M (3 N) on it.
 

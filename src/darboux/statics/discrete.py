@@ -114,10 +114,16 @@ class DiscreteRod:
                 path.index = 0 if fell else path.index
             code, message = load_path.ending(path, "DiscreteRod")
             if fell:
-                message = f"{message} The rod left it along its most unstable direction, and fell to this stable equilibrium."
+                message = (
+                    f"{message} The rod left it along its most unstable direction, and fell to this stable equilibrium."
+                )
             if settled is None:
                 code, message = "no_convergence", "Newton's method did not settle at full load; try fewer segments."
-            elif path.load_factor == 1.0 and not problem.rod.stretch and np.max(np.abs(chain.stretch(shape))) > INEXTENSIBLE:
+            elif (
+                path.load_factor == 1.0
+                and not problem.rod.stretch
+                and np.max(np.abs(chain.stretch(shape))) > INEXTENSIBLE
+            ):
                 code, message = "no_convergence", limits.PUSHED
             branch.assemble(shape, path.load_factor)
         if path.load_factor < 1.0 and problem.rod.stretch and float(np.min(chain.stretch(shape))) < FLATTEST - 1.0:
@@ -150,7 +156,9 @@ class DiscreteRod:
             return fine
         gain = 1.0 / (2 ** (self.order // 2) - 1)
         common = np.isin(fine.curve.s, coarse.curve.s)
-        a, b = (np.concatenate([x.curve.y, x.curve.dy], axis=1)[at] for x, at in ((coarse, slice(None)), (fine, common)))
+        a, b = (
+            np.concatenate([x.curve.y, x.curve.dy], axis=1)[at] for x, at in ((coarse, slice(None)), (fine, common))
+        )
         turned = np.sign(np.sum(a[:, 3:7] * b[:, 3:7], axis=1, keepdims=True))  # q and -q are one orientation
         a[:, 3:7] *= turned
         a[:, 16:20] *= turned
@@ -158,7 +166,9 @@ class DiscreteRod:
         norm = np.linalg.norm(y[:, 3:7], axis=1, keepdims=True)
         y[:, 3:7] /= norm
         y[:, 16:20] /= norm
-        parts = tuple(f + gain * (f - c) for c, f in zip(coarse.elastic_parts or (), fine.elastic_parts or (), strict=True))
+        parts = tuple(
+            f + gain * (f - c) for c, f in zip(coarse.elastic_parts or (), fine.elastic_parts or (), strict=True)
+        )
         answer = replace(fine, curve=Curve(coarse.curve.s, y[:, :13], y[:, 13:]), elastic_parts=parts)
         change = np.abs(y - b)[[0, -1]]
         tip = float(np.linalg.norm(answer.tip - fine.tip))

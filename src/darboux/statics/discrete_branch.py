@@ -10,7 +10,7 @@ from scipy.linalg import lapack
 
 from darboux.kernels import band, discrete_rod
 from darboux.statics import load_path
-from darboux.statics.discrete_chain import Chain, Shape
+from darboux.statics.discrete_chain import SLACK, Chain, Shape
 
 Array = NDArray[np.float64]
 
@@ -50,9 +50,9 @@ class ChainBranch:
         if self.general is not None:
             band.expand(self.lower, self.chain.unknowns, self.general)
             following = self.chain.edge_loads(shape, load_factor)
-            flat = [part.ravel() for part in following]
-            discrete_rod.add_couples(shape.state, flat[3], self.gradient, self.general)
-            discrete_rod.add_edge_loads(shape.state, *flat, self.gradient, self.general)
+            arguments: Any = (shape.state, *(part.ravel() for part in following), self.gradient, self.general)
+            discrete_rod.add_couples(shape.state, following.M.ravel(), self.gradient, self.general)
+            discrete_rod.add_edge_loads(*arguments)
         return energy + self.chain.energy_of_supports(shape, load_factor)
 
     def hold(self, shape: Shape, load_factor: float) -> None:
@@ -156,10 +156,26 @@ class ChainBranch:
     def fallen(self, shape: Shape) -> Shape | None:
         """Return the stable equilibrium at full load that the energy's descent reaches from an unstable one, or None.
 
-        The first step goes along the lowest mode, the others are Newton's with a shift that makes the Hessian positive.
+        The first step goes along the lowest mode, the others are Newton's with a shift that makes the Hessian positive. An
+        inextensible rod that is held twice may stretch meanwhile.
         """
-        step, shift = self._lowest(shape), 0.0
-        shape = self.chain.moved(shape, self.chain.packed(shape, step), 1.0)
+        chain = self.chain
+        first = chain.moved(shape, chain.packed(shape, self._lowest(shape)), 1.0)
+        if not chain.lent:
+            return self._fall(first)
+        chain.inextensible, chain.EA[1:-1] = False, SLACK
+        fallen: Shape | None = first._replace(T=np.zeros_like(shape.T))
+        while fallen is not None:
+            fallen = self._fall(fallen)
+            if chain.EA[1] >= chain.penalty:
+                break
+            chain.EA[1:-1] = np.minimum(10.0 * chain.EA[1:-1], chain.penalty)
+        chain.EA[1:-1], chain.inextensible = chain.penalty, True
+        return None if fallen is None else self.settle(fallen)
+
+    def _fall(self, shape: Shape) -> Shape | None:
+        """Return the stable equilibrium at full load that Newton's shifted steps reach downhill, or None."""
+        shift = 0.0
         self.chain.settled(shape)
         for _ in range(MOST_FALLING):
             self.iterations += 1
@@ -212,7 +228,7 @@ class ChainBranch:
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
     def stability(self, shape: Shape, load_factor: float) -> tuple[float, int | None]:
-        """Return the sign of the determinant, 0 where it is singular, and the unstable directions; None under loads without a potential."""
+        """Return the determinant's sign, 0 where it is singular, and the unstable directions; None without a potential."""
         self.assemble(shape, load_factor)
         self.hold(shape, load_factor)
         negative = self._factor()[0]

@@ -17,8 +17,16 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.kernels import discrete_rod
 from darboux.kernels.discrete_rod import Elasticity, Loads, State
-from darboux.kernels.rod_equations import BINV, DEAD_FORCE, DEAD_MOMENT, FOLLOWER_FORCE, FOLLOWER_MOMENT
-from darboux.kernels.rod_equations import FORCE_GRADIENT, K0, SINV
+from darboux.kernels.rod_equations import (
+    BINV,
+    DEAD_FORCE,
+    DEAD_MOMENT,
+    FOLLOWER_FORCE,
+    FOLLOWER_MOMENT,
+    FORCE_GRADIENT,
+    K0,
+    SINV,
+)
 from darboux.loads import LineForce
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium
@@ -42,7 +50,7 @@ class Shape(NamedTuple):
 
     state: State
     T: Array  # (N + 2) the edges' tensions at rest length
-    reactions: tuple[Array, Array] = (np.zeros(0), np.zeros(0))  # of grooves at either end
+    reactions: tuple[Array, ...] = ()  # of grooves at either end
     unstable: int | None = None
 
 
@@ -115,13 +123,13 @@ class Chain:
             share = self.l[[i, i - 1]] / (self.l[i - 1] + self.l[i])  # of the edges in front of it and behind it
             self.f[i] += load.force / self.scale.force
             self.couples[[i - 1, i]] += share[:, None] * load.moment / self.scale.moment
-            force, moment = load.section_force / self.scale.force, load.section_moment / self.scale.moment
-            # The section's curvature jumps by C d, so the mean of the edges' frames is turned by half of l_a l_b / (l_a + l_b) of it.
+            p, d = load.section_force / self.scale.force, load.section_moment / self.scale.moment
+            # The curvature jumps by C d, so that the edges' mean frame is turned by half of l_a l_b / (l_a + l_b) of it.
             c = coefficients.columns(self.problem, self.scale, self.nodes[i - 1 : i])[:, BINV : BINV + 6]
-            turn = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0] @ moment
-            for order, vectors in enumerate(((force, moment), (np.cross(turn, force), np.cross(turn, moment)))):
-                self.section_force[order][[i - 1, i], [1, 0]] += share[:, None] * vectors[0]
-                self.section_couple[order][[i - 1, i]] += share[:, None] * vectors[1]
+            turn = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0] @ d
+            for power, vectors in enumerate(((p, d), (np.cross(turn, p), np.cross(turn, d)))):
+                self.section_force[power][[i - 1, i], [1, 0]] += share[:, None] * vectors[0]
+                self.section_couple[power][[i - 1, i]] += share[:, None] * vectors[1]
         loads = sum(float(np.sum(np.abs(part))) for part in (self.f, self.C, self.section_force))
         self.penalty = PENALTY + PENALTY_OF_LOADS * loads
         self.EA = np.full(self.edges + 2, self.penalty)
@@ -169,7 +177,9 @@ class Chain:
             load_factor * (part[0] + load_factor * part[1]) for part in (self.section_force, self.section_couple)
         )
         F, M = np.einsum("nij,nkj->nki", R, force), np.einsum("nij,nj->ni", R, couple)
-        loads = EdgeLoads(F, np.zeros((*F.shape, 3)), -_cross_matrices(F), M, np.zeros((*M.shape, 3)), -_cross_matrices(M))
+        loads = EdgeLoads(
+            F, np.zeros((*F.shape, 3)), -_cross_matrices(F), M, np.zeros((*M.shape, 3)), -_cross_matrices(M)
+        )
         for load in self.problem.of_shape:
             self._add_of_shape(load, shape, R, load_factor, loads)
         loads.M[:] += load_factor * self.couples
@@ -264,18 +274,19 @@ class Chain:
         x, t, _, _ = shape.state
         turned = np.zeros_like(step)
         frozen = int(any(self.frozen))
-        for i, j, start, end in self._pieces:
-            own, turns = slice(4 * i, 4 * j + 3), self.inextensible
-            part = x[3 * i : 3 * j + 3], self.l[i:j], step[own]
-            discrete_rod.turning_step(*part, scale, turns, start, end, frozen, turned[own])
+        for i, j, *placed in self._pieces:
+            own = slice(4 * i, 4 * j + 3)
+            arguments: Any = (x[3 * i : 3 * j + 3], self.l[i:j], step[own], scale, self.inextensible, *placed, frozen)
+            arguments = (*arguments, turned[own])
+            discrete_rod.turning_step(*arguments)
         new = _advanced(shape.state, turned)
         reactions = list(shape.reactions)
         for end, k, place, R in self._ends(shape.state):
-            own = step[end.block.part]
-            turn = end.turn(own, R)
+            seven = step[end.block.part]
+            turn = end.turn(seven, R)
             if end.groove:
                 c, by_unknowns, _ = end.out_of_groove(place, R)
-                change = by_unknowns @ np.concatenate([turn, own[end.near]])
+                change = by_unknowns @ np.concatenate([turn, seven[end.near]])
                 reactions[k] = reactions[k] + self.penalty * (c + scale * change)
             R = rotation(scale * turn) @ R
             self._put(new, end, end.held_frame(R) if end.universal else R)
@@ -357,9 +368,7 @@ class Chain:
 
     def energy_of_supports(self, shape: Shape, load_factor: float) -> float:
         """Return the energy of springs and grooves."""
-        energy = sum(
-            end.energy(x, R, shape.reactions[k], self.penalty) for end, k, x, R in self._ends(shape.state)
-        )
+        energy = sum(end.energy(x, R, shape.reactions[k], self.penalty) for end, k, x, R in self._ends(shape.state))
         x = shape.state.x.reshape(-1, 3)
         for i, conditions, _ in self.between:
             u = x[i] - conditions.pose(load_factor)[0]

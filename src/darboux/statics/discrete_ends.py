@@ -250,7 +250,7 @@ def rotation_vector(R: Array) -> Array:
 def _spring_moment(K: Array, R: Array) -> Array:
     """Return the gradient of 1/2 theta . K theta by a small rotation, theta the rotation vector of R.
 
-        J^-T K theta,   J^-1 = 1 - 1/2 [theta]_x + (1 - t / 2 cot(t / 2)) / t^2 [theta]_x^2,   t = |theta|
+    J^-T K theta,   J^-1 = 1 - 1/2 [theta]_x + (1 - t / 2 cot(t / 2)) / t^2 [theta]_x^2,   t = |theta|
     """
     theta = rotation_vector(R)
     t, m = float(np.linalg.norm(theta)), K @ theta

@@ -27,17 +27,19 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     loads = chain.edge_loads(shape, load_factor)
     n_edges, n = _forces(chain, x, loads, load_factor, gradient)
     m = _moments(chain, x, shape, R, n_edges)
-    behind = np.arange(len(x)) + np.searchsorted(stations, np.arange(len(x)), side="left")  # where a vertex stands first
+    behind = np.arange(len(x)) + np.searchsorted(
+        stations, np.arange(len(x)), side="left"
+    )  # where a vertex stands first
     twice = np.repeat(np.arange(len(x)), np.where(np.isin(np.arange(len(x)), stations), 2, 1))
     c = coefficients.columns(chain.problem, chain.scale, chain.nodes)
     c[:, coefficients.LOADS] *= load_factor
     q = _quaternions(chain, R)
     y = np.concatenate([x, q, n, m], axis=1)[twice]
     for i, load in zip(stations, (load for _, load in chain.problem.stations.values()), strict=True):
-        _part(chain, i, load, loads, load_factor, n_edges, y[behind[i] : behind[i] + 2])
+        _part(chain, i, load, load_factor, n_edges, y[behind[i] : behind[i] + 2])
     dy = coefficients.slopes(c[twice], y)
-    for load in chain.problem.of_shape:
-        _add_slopes(chain, load, load_factor, chain.nodes[twice], y, dy)
+    for shaped in chain.problem.of_shape:
+        _add_slopes(chain, shaped, load_factor, chain.nodes[twice], y, dy)
     return chain.scale.curve(chain.nodes[twice], y, dy)
 
 
@@ -60,9 +62,7 @@ def _add_slopes(chain: Chain, load: Any, load_factor: float, nodes: Array, y: Ar
         dy[:, 10:13] -= value / scale.force
 
 
-def _part(
-    chain: Chain, i: int, load: EndLoad, loads: EdgeLoads, load_factor: float, n: Array, y: Array
-) -> None:
+def _part(chain: Chain, i: int, load: EndLoad, load_factor: float, n: Array, y: Array) -> None:
     """Part a station's force and moment: y (2, 13) in front of it and behind it."""
     a, b = chain.l[i : i + 2] / (chain.l[i] + chain.l[i + 1])
     R = frames.matrix_of_quaternion(y[0, 3:7])
@@ -94,6 +94,8 @@ def _forces(chain: Chain, x: Array, loads: EdgeLoads, load_factor: float, gradie
         if frozen:  # the edge is part of its clamp
             reaction[last] += reaction[inner]
             reaction[inner] = 0.0
+    held = [0, -1, *(i - 1 for i, _, _ in chain.between)]
+    reaction = np.where(np.isin(np.arange(len(x)), np.arange(len(x))[held])[:, None], reaction, 0.0)
     edges = -np.cumsum(applied + reaction, axis=0)[:-1]
     l = chain.l[1:-1]
     vertices = np.empty_like(x)

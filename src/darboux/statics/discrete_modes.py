@@ -19,6 +19,9 @@ from darboux.statics.discrete_chain import Chain, Shape
 
 Array = NDArray[np.float64]
 
+LIGHTEST = (
+    1e-9  # of the rod's mass, per length: what has none, as what is held, is a mode of no interest, but must be one
+)
 STIFFER = 100.0  # times the penalty of an inextensible rod, whose modes would else stretch a little
 
 
@@ -30,16 +33,16 @@ def modes(chain: Chain, shape: Shape, load_factor: float, k: int) -> Modes:
         raise InvalidInput(f"solution.modes has k = {k}; with {chain.edges} segments it may be at most {chain.edges}.")
     weights, mass = _weights(chain)
     branch = ChainBranch(chain)
-    stiffness = chain.EA.copy()
+    stiffness, shift, chain.shift = chain.EA.copy(), chain.shift, 0.0  # a free motion has no stiffness
     if chain.inextensible:
         chain.EA[1:-1] *= STIFFER
     branch.assemble(shape, load_factor)
     branch.hold(shape, load_factor)
-    chain.EA[:] = stiffness
+    chain.EA[:], chain.shift = stiffness, shift
     n, lower = chain.unknowns, branch.lower.reshape(-1, band.LOWER)
     columns = [lower[: n - i, i] for i in range(band.LOWER)]
     K = diags([*columns, *columns[1:]], [*range(0, -band.LOWER, -1), *range(1, band.LOWER)], format="csc")
-    factors, shift = _shifted(branch.lower, weights)
+    factors, below = _shifted(branch.lower, weights)
 
     def inverse(b: Array) -> Array:
         x = np.array(b, dtype=float).ravel()
@@ -49,7 +52,7 @@ def modes(chain: Chain, shape: Shape, load_factor: float, k: int) -> Modes:
     operator = LinearOperator((n, n), matvec=inverse)
     start = np.random.default_rng(1).normal(size=n)
     M = diags([weights], [0], format="csc")
-    values, vectors = eigsh(K, k, M, sigma=shift, OPinv=operator, v0=start)
+    values, vectors = eigsh(K, k, M, sigma=below, OPinv=operator, v0=start)
     return _modes(chain, shape, values, vectors.T, mass)
 
 
@@ -70,7 +73,8 @@ def _weights(chain: Chain) -> tuple[Array, float | None]:
     weights[1:-2, :3] += 0.5 * pieces[:, None]
     weights[2:-1, :3] += 0.5 * pieces[:, None]
     weights[1:-2, 3] = pieces * gyration
-    return weights.ravel()[:-1], mass
+    free = np.where(chain.fixed, 0.0, weights.ravel()[:-1])
+    return np.maximum(free, LIGHTEST / chain.edges), mass
 
 
 def _shifted(lower: Array, weights: Array) -> tuple[Array, float]:
