@@ -87,9 +87,9 @@ LOADS = {
 
 @pytest.mark.parametrize("name", LOADS)
 def test_extrapolated_answers_under_every_load(name: str) -> None:
-    """Richardson's extrapolation of 100 and 200 segments is within 1e-6 of Collocation, in r, n and m."""
+    """Richardson's extrapolation of 100 and 200 graded segments is within 1e-6 of Collocation, in r, n and m."""
     problem = dx.Equilibrium(BENT, loads=[LOADS[name]])
-    exact, found = dx.solve(problem), dx.solve(problem, dx.DiscreteRod(100, extrapolate=True))
+    exact, found = dx.solve(problem), dx.solve(problem, dx.DiscreteRod(100, grading=2.0, extrapolate=True))
     for field in "rnmR":
         value, wanted = (getattr(x, field)(ALONG_THE_ROD) for x in (found, exact))
         np.testing.assert_allclose(value, wanted, atol=1e-6, err_msg=field)
@@ -99,7 +99,7 @@ def test_extrapolated_answers_under_every_load(name: str) -> None:
 FOLLOWING = [load for name, load in LOADS.items() if "follower" in name or "couple" in name or "shape" in name]
 
 
-@pytest.mark.parametrize("name", [name for name in SUPPORTS if name != "groove"])
+@pytest.mark.parametrize("name", SUPPORTS)
 def test_newtons_method_is_quadratic_under_every_support_and_load(name: str) -> None:
     """The size of each step is the square of the last, which holds for exact derivatives only: chart, springs, followers."""
     ends = [] if "clamped" in name else [load for load in FOLLOWING if load.place]
@@ -112,16 +112,15 @@ def test_newtons_method_is_quadratic_under_every_support_and_load(name: str) -> 
     tangent, _ = branch.tangent(shape, 0.0)
     shape = chain.posed(branch.predict(shape, tangent, factor), factor)
     sizes = []
-    for _ in range(9):
+    for _ in range(12):
         branch.assemble(shape, factor)
         branch.hold(shape, factor)
         step = chain.packed(shape, branch._solve(branch._factor()[1], -branch.gradient))
         sizes.append(chain.turn(step))
         shape = chain.moved(shape, step, 1.0)
         chain.settled(shape)
-    late = [size for size in sizes if 1e-12 < size < 0.03]
-    steepest = max(np.log(b) / np.log(a) for a, b in itertools.pairwise(late))
-    assert steepest > 1.6, (sizes, steepest)
+    late = [size for size in sizes if size < 0.03]
+    assert all(b < 30.0 * a**2 + 1e-11 for a, b in itertools.pairwise(late)), sizes
     assert sizes[-1] < 1e-11, sizes
 
 
@@ -152,7 +151,7 @@ def test_the_index_on_both_sides_of_eulers_columns(name: str) -> None:
     [
         # A. G. Greenhill (1881): w L^3 / EI = 7.8373, of a heavy column.
         (lambda share: dx.Equilibrium(FLAT, loads=[dx.Gravity((0, 0, -7.837347439 * share))]), 1),
-        # The same, 1883: a twisted rod between two clamps that slide on its line, M L / EI = 8.9868, tan(x) = x with x = M L / 2 EI.
+        # The same, 1883: a rod twisted between two clamps that slide on its line, tan(x) = x with x = M L / 2 EI = 4.4934.
         (
             lambda share: dx.Equilibrium(
                 dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.75)), end=dx.Slider(along=UP, twist=8.986818916 * share / 0.75)
@@ -228,7 +227,7 @@ def test_modes_of_a_beam_on_two_supports() -> None:
 @pytest.mark.parametrize("supports", [{}, {"start": dx.Hinge(axis=(1, 0, 0)), "end": dx.Roller(along=UP)}])
 def test_a_rod_falls_from_an_unstable_equilibrium(supports: dict[str, object]) -> None:
     """Down to the elastica that Collocation takes past the bifurcation."""
-    problem = dx.Equilibrium(FLAT, **supports, loads=[dx.EndForce((0, 0, -1.3 * (PI2 if supports else PI2 / 4.0)))])
+    problem = dx.Equilibrium(FLAT, **supports, loads=[dx.EndForce((0, 0, -1.2 * (PI2 if supports else PI2 / 4.0)))])
     column, fallen = (dx.solve(problem, dx.DiscreteRod(100, descend=descend)) for descend in (False, True))
     assert column.index == 1
     assert fallen.stable

@@ -47,12 +47,6 @@ def test_dead_couples_along_a_discrete_rod() -> None:
         assert 1.8 < np.log2(gaps[0] / gaps[1]) < 2.2, gaps
 
 
-def test_a_couple_that_turns_is_refused_by_the_discrete_rod() -> None:
-    problem = dx.Equilibrium(cases.UNIT, loads=[dx.LineCouple((1, 0, 0), frame="section")])
-    with pytest.raises(dx.InvalidInput, match="turns with the section"):
-        dx.solve(problem, dx.DiscreteRod())
-
-
 def test_integrate_starts_where_and_with_what_it_is_told() -> None:
     rod = dx.Rod(4.0, dx.Stiffness(EI1=3.0, GJ=2.0))
     curve = dx.integrate(rod, k=(0.1, 0.2, 0.3), n=(0.3, -0.2, 0.1), position=(1, 2, 3))
