@@ -220,7 +220,7 @@ def test_modes_of_a_beam_on_two_supports() -> None:
     np.testing.assert_allclose(np.abs(shape), np.sqrt(2.0) * np.sin(np.pi * modes.s), atol=2e-3)
     with pytest.raises(dx.InvalidInput, match="potential"):
         dx.solve(beam.with_load(dx.EndMoment((0.1, 0, 0))), dx.DiscreteRod(20)).modes()
-    with pytest.raises(dx.InvalidInput, match="solution.modes is there for DiscreteRod"):
+    with pytest.raises(dx.InvalidInput, match=r"solution\.modes is there for DiscreteRod"):
         dx.solve(beam).modes()
 
 

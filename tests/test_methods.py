@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import darboux as dx
 from darboux.statics import load_path, shooting

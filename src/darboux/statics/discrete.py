@@ -40,8 +40,9 @@ class DiscreteRod:
     its solutions have `modes`.
 
     Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments are extrapolated
-    (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable equilibrium downhill; ``grading`` the longest segment over the shortest (1: all equal), which
-    shrink smoothly towards the held ends, where boundary layers lie. Raises ``InvalidInput``.
+    (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable equilibrium downhill;
+    ``grading`` the longest segment over the shortest (1: all equal), which shrink smoothly towards the held ends, where
+    boundary layers lie. Raises ``InvalidInput``.
     """
 
     segments: int = 100
