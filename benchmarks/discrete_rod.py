@@ -116,7 +116,7 @@ def _rows(nodes: int, rounds: int) -> Iterator[Row]:
 def _derivative_error(chain: Chain, state: State, rod: Any, loads: Any, gradient: Array, lower: Array) -> float:
     """Return how far v.g and v.H v are from central differences of the energy of order 4, relative, for a smooth v."""
     edges, parts = chain.edges, np.empty(4)
-    phase = np.linspace(0.0, 9.0, edges + 1)
+    phase = np.linspace(0.0, 9.0, edges + 3)  # with the ghosts
     waves = np.stack([np.sin(phase), np.cos(2.0 * phase), np.sin(3.0 * phase), np.cos(phase)], axis=1)
     v = 0.02 * waves.ravel()[: chain.unknowns]
 

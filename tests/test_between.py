@@ -117,7 +117,7 @@ def test_mistakes_are_named(between: object, words: str) -> None:
         dx.Equilibrium(ROD, between=between)
 
 
-@pytest.mark.parametrize("method", [dx.Shooting(), dx.Elastica(), dx.DiscreteRod(20)])
+@pytest.mark.parametrize("method", [dx.Shooting(), dx.Elastica()])
 def test_other_methods_say_that_they_have_no_support_there(method: object) -> None:
     with pytest.raises(dx.InvalidInput, match=r"between its ends, at s = 0.5 m; use Collocation"):
         dx.solve(dx.Equilibrium(ROD, between={0.5: on_line(0.5)}), method)

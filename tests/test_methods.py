@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 import darboux as dx
 from darboux.statics import load_path, shooting
@@ -45,12 +44,6 @@ def test_dead_couples_along_a_discrete_rod() -> None:
         ]
         assert gaps[1] < 1e-3
         assert 1.8 < np.log2(gaps[0] / gaps[1]) < 2.2, gaps
-
-
-def test_a_couple_that_turns_is_refused_by_the_discrete_rod() -> None:
-    problem = dx.Equilibrium(cases.UNIT, loads=[dx.LineCouple((1, 0, 0), frame="section")])
-    with pytest.raises(dx.InvalidInput, match="turns with the section"):
-        dx.solve(problem, dx.DiscreteRod())
 
 
 def test_integrate_starts_where_and_with_what_it_is_told() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 
 from darboux import balance, frames, link, stress
 from darboux.balance import Balance
-from darboux.checks import real_array, shown
+from darboux.checks import real_array, shown, whole
 from darboux.curve import Curve, gauss_points
 from darboux.dataset import dataset
 from darboux.errors import InvalidInput, NotConverged
+from darboux.modes import Modes
 from darboux.problem import Equilibrium
 from darboux.stress import LargestStrain, LargestStress, Stress
 from darboux.summary import summary, vector
@@ -106,7 +108,7 @@ class EquilibriumSolution:
     ``problem`` and ``method`` made it; ``model`` names the theory that was solved ("inextensible", "stretch", ...);
     ``status`` says how the solve ended; ``statistics`` counts what it took; ``index`` is the number of unstable
     directions where the method counts them (0: stable), else None; ``elastic_parts`` are the energies of bending, twist
-    and stretch where the method has its own sum for them.
+    and stretch where the method has its own sum for them; ``lowest_modes`` computes what ``modes`` returns.
     """
 
     problem: Equilibrium
@@ -118,6 +120,7 @@ class EquilibriumSolution:
     index: int | None = None
     error: ErrorEstimate = ErrorEstimate()
     elastic_parts: tuple[float, float, float] | None = None
+    lowest_modes: Callable[[int], Modes] | None = field(default=None, compare=False, repr=False)
     statistics: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -149,10 +152,19 @@ class EquilibriumSolution:
         """Return whether all is the same: the problem, the method, the states at the nodes, how it was solved."""
         if not isinstance(other, EquilibriumSolution):
             return NotImplemented
-        return all(getattr(self, part.name) == getattr(other, part.name) for part in fields(self))
+        return all(getattr(self, part.name) == getattr(other, part.name) for part in fields(self) if part.compare)
 
     def __hash__(self) -> int:
         return hash((self.problem, self.model, self.status))
+
+    def modes(self, k: int = 1) -> Modes:
+        """Return the k lowest modes of the second variation, with their stiffness and, with mass, their frequencies.
+
+        Raises ``InvalidInput`` for loads without a potential, and unless ``DiscreteRod`` made the solution.
+        """
+        if self.lowest_modes is None:
+            raise InvalidInput(f"solution.modes is there for DiscreteRod, but {self.method} made this; solve with it.")
+        return self.lowest_modes(whole("modes.k", k, 1))
 
     # -- along the rod -------------------------------------------------------------------------------------------
 

@@ -37,7 +37,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.algebra import Vector, across, add, cross, dot, mix, scaled, store, symmetric_times, vector
+from darboux.kernels.algebra import (
+    Vector,
+    across,
+    add,
+    cross,
+    dot,
+    mix,
+    plus,
+    scaled,
+    store,
+    symmetric_times,
+    times,
+    vector,
+)
 from darboux.kernels.band import FULL, LOWER, REACH
 from darboux.kernels.jit import inline, jit
 
@@ -545,7 +558,7 @@ def energy_gradient_hessian(
     return np.inf if math.isnan(total) else total
 
 
-# Dead couples, which have no energy
+# Couples and loads that follow the shape, which have no energy
 
 
 @inline
@@ -588,6 +601,45 @@ def add_couples(state: State, M: Array, residual: Array, general: Array) -> None
             mirrored = mix(1.0, u, -2.0 * t[q], t)
             by_edge = scaled(-r * r, mix(1.0, cross(couple, mirrored), -0.5 * along, cross(t, u)))
             add_couple_tangent(general, 4 * j, q, by_edge, by_angle[q])
+
+
+@jit
+def add_edge_loads(
+    state: State,
+    F: Array,
+    F_r: Array,
+    F_phi: Array,
+    M: Array,
+    M_r: Array,
+    M_phi: Array,
+    residual: Array,
+    general: Array,
+) -> None:
+    """Add the loads that follow the shape: forces F (6 N) on the two vertices of each edge, couples M (3 N) on it.
+
+    F_r, F_phi (18 N) and M_r, M_phi (9 N) are their derivatives, row by row, by the middle of the edge and by a small
+    rotation d phi = t x de / |e| + d theta t of it, in the fixed frame. The work is F.dx on a vertex and M.d phi on an
+    edge; what a couple adds where it stands still is `add_couples`'.
+    """
+    x, tangents, _, _ = state
+    for j in range(1, M.size // 3 + 1):
+        t, e, first = vector(tangents, 3 * j), edge(x, j), 4 * j - 4
+        r = 1.0 / math.sqrt(dot(e, e))
+        add(residual, first, scaled(-1.0, vector(F, 6 * j - 6)))
+        add(residual, first + 4, scaled(-1.0, vector(F, 6 * j - 3)))
+        for q in range(7):
+            dr, dphi = (0.0, 0.0, 0.0), t
+            if q != 3:
+                u = AXES[q % 4]
+                dr, dphi = scaled(0.5, u), scaled(r if q > 3 else -r, cross(t, u))
+            column = FULL * (first + q) + REACH - q
+            dM = plus(times(M_r, 9 * j - 9, dr), times(M_phi, 9 * j - 9, dphi))
+            pair = scaled(r, cross(dM, t))
+            behind = plus(times(F_r, 18 * j - 18, dr), times(F_phi, 18 * j - 18, dphi))
+            ahead = plus(times(F_r, 18 * j - 9, dr), times(F_phi, 18 * j - 9, dphi))
+            add(general, column, mix(1.0, pair, -1.0, behind))
+            add(general, column + 4, mix(-1.0, pair, -1.0, ahead))
+            general[column + 3] -= dot(dM, t)
 
 
 # Shapes from frames

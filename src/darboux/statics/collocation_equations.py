@@ -28,6 +28,7 @@ from darboux.statics import coefficients, load_path, stability
 from darboux.statics.coefficients import Scale
 from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, shape_of
+from darboux.statics.laying import laid
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
 from darboux.statics.stability import Held, SecondVariation
 from darboux.supports import Support
@@ -186,7 +187,7 @@ class Equations:
 
     def _lay(self, points: Array, states: Array) -> Support:
         """Turn and move the states of the unloaded rod to where a support holds it; return that support."""
-        held, place, orientation = self._laid()
+        held, place, orientation = laid(self.problem)
         i = int(np.searchsorted(points, place))
         R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
         chord = states[-1, :3] - states[0, :3]
@@ -195,27 +196,6 @@ class Equations:
         states[:, :3] = (states[:, :3] - states[i, :3]) @ turn.T
         states[:, :3] += (np.array(held.position) - self.scale.origin) / self.scale.length
         return held
-
-    def _laid(self) -> tuple[Support, float, Array]:
-        """Return the support that places the unloaded rod, its x, and how the rod lies: a frame there, or its chord's direction."""
-        supports = [(s / self.scale.length, support) for s, support in self.problem.supports]
-        places = [(x, support) for x, support in supports if any(support.held_displacement)]
-        oriented = [(x, at) for x, at in supports if any(at.held_rotation) or at.rotational is not None]
-        place, held = (places or supports)[0]
-        if any(support is held for _, support in oriented):
-            return held, place, held.R
-        for x, support in oriented:
-            return (support, x, support.R) if any(support.held_displacement) else (held, place, support.R)
-        pinned = [(x, support) for x, support in places if all(support.held_displacement)]
-        if len(pinned) > 1:
-            between = np.array(pinned[-1][1].position) - np.array(pinned[0][1].position)
-            if np.linalg.norm(between) > 0.0:
-                direction = np.sign(pinned[-1][0] - pinned[0][0]) * _unit(between)
-                return held, place, direction
-        for _, support in reversed(places):
-            if not all(support.held_displacement) and support.sliding == "fixed":
-                return held, place, support.displacement_axes[:, 0]
-        return held, place, np.array([0.0, 0.0, 1.0])
 
     def _first_nodes(self) -> Array:
         """Return nodes so close that the natural shape turns little over an element."""

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from darboux import checks
 from darboux.checks import assign, description
+from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
-from darboux.solution import EquilibriumSolution, Status
-from darboux.statics import discrete_fields, limits, load_path
+from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
+from darboux.statics import discrete_fields, discrete_modes, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
 
@@ -33,16 +35,21 @@ class DiscreteRod:
 
     Order 2 in 1/segments with ``clamp="half_cell"`` (a spring of half a cell ties the first edge to the clamp), order 1
     with ``clamp="two_vertices"`` (the first edge frozen, as in the paper's figure 5). Domain: rods that do not shear;
-    stretching by EA, or inextensible by multipliers; dead and position-dependent loads, dead couples and moments (their
-    unsymmetric tangent is exact). No follower loads. Counts the unstable directions where the loads are conservative.
+    stretching by EA, or inextensible by multipliers; all supports at the ends, and between them those that hold or spring
+    displacements; all loads, with their exact tangent. Counts the unstable directions where the loads have a potential, and
+    its solutions have `modes`.
 
-    Arguments: ``segments`` N >= 2; ``clamp``; ``grading`` the longest segment over the shortest (1: all equal), which
-    shrink smoothly towards the held ends, where boundary layers lie. Raises ``InvalidInput``.
+    Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments are extrapolated
+    (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable equilibrium downhill;
+    ``grading`` the longest segment over the shortest (1: all equal), which shrink smoothly towards the held ends, where
+    boundary layers lie. Raises ``InvalidInput``.
     """
 
     segments: int = 100
     clamp: str = "half_cell"
     grading: float = 1.0
+    extrapolate: bool = False
+    descend: bool = False
 
     def __post_init__(self) -> None:
         grading = checks.positive("discrete_rod.grading", self.grading)
@@ -53,17 +60,21 @@ class DiscreteRod:
             segments=checks.whole("discrete_rod.segments", self.segments, 2),
             clamp=checks.choice("discrete_rod.clamp", self.clamp, CLAMPS),
             grading=grading,
+            extrapolate=checks.flag("discrete_rod.extrapolate", self.extrapolate),
+            descend=checks.flag("discrete_rod.descend", self.descend),
         )
 
     def __str__(self) -> str:
         extra = "" if self.clamp == "half_cell" else f", {self.clamp!r}"
         extra += "" if self.grading == 1.0 else f", grading={self.grading:g}"
+        extra += "".join(f", {name}=True" for name in ("extrapolate", "descend") if getattr(self, name))
         return f"DiscreteRod({self.segments}{extra})"
 
     @property
     def order(self) -> int:
         """The order of the error in 1/segments."""
-        return 2 if self.clamp == "half_cell" else 1
+        order = 2 if self.clamp == "half_cell" else 1
+        return 2 * order if self.extrapolate else order
 
     def refined(self, factor: int) -> DiscreteRod:
         """Return the method with ``factor`` times the segments."""
@@ -71,16 +82,11 @@ class DiscreteRod:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
-        beyond = limits.beyond(problem, "DiscreteRod") or limits.coupled(problem, "DiscreteRod")
+        beyond = limits.beyond_nodes(problem, "DiscreteRod") or limits.coupled(problem, "DiscreteRod")
         if beyond:
             return beyond
         if problem.rod.shear:
             return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation(), or set shear=False."
-        loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
-        if np.any(loads.b) or np.any(loads.lb):
-            return (
-                "DiscreteRod states dead loads, but a load turns with the section (frame='section'); use Collocation()."
-            )
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
@@ -88,26 +94,40 @@ class DiscreteRod:
         refusal = self.refuses(problem)
         if refusal:
             raise InvalidInput(refusal)
+        coarse = self._solved(problem, 0)
+        return self._extrapolated(coarse, self._solved(problem, 1)) if self.extrapolate and coarse.converged else coarse
+
+    def _solved(self, problem: Equilibrium, halvings: int) -> EquilibriumSolution:
+        """Return the equilibrium on the nodes, or on those with each segment halved."""
         began = time.perf_counter()
-        nodes = nodes_along(self.segments, self.grading, problem.start.holds, problem.end.holds)
+        stations = [s / problem.rod.length for s in problem.stations]
+        held = problem.start.holds, problem.end.holds
+        nodes = nodes_along(self.segments, self.grading, *held, stations, halvings)
         chain = Chain(problem, nodes, self.clamp == "two_vertices")
         branch = ChainBranch(chain)
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
             path = load_path.follow(branch, chain.unloaded())
+            shape, fell = path.state, False
+            settled = branch.settle(shape) if path.load_factor == 1.0 else shape
+            shape = settled or shape
+            path.index = branch.index(shape, path.load_factor)
+            if self.descend and path.load_factor == 1.0 and path.index:
+                fallen = branch.fallen(shape)
+                shape, fell = fallen or shape, fallen is not None
+                path.index = 0 if fell else path.index
             code, message = load_path.ending(path, "DiscreteRod")
-            shape = path.state
-            if path.load_factor == 1.0:
-                settled = branch.settle(shape)
-                if settled is None:
-                    code, message = "no_convergence", "Newton's method did not settle at full load; try fewer segments."
-                shape = settled or shape
-            if (
+            if fell:
+                message = (
+                    f"{message} The rod left it along its most unstable direction, and fell to this stable equilibrium."
+                )
+            if settled is None:
+                code, message = "no_convergence", "Newton's method did not settle at full load; try fewer segments."
+            elif (
                 path.load_factor == 1.0
                 and not problem.rod.stretch
                 and np.max(np.abs(chain.stretch(shape))) > INEXTENSIBLE
             ):
                 code, message = "no_convergence", limits.PUSHED
-            index = branch.index(shape, path.load_factor)
             branch.assemble(shape, path.load_factor)
         if path.load_factor < 1.0 and problem.rod.stretch and float(np.min(chain.stretch(shape))) < FLATTEST - 1.0:
             code, message = "no_convergence", load_path.flattened(path)
@@ -118,8 +138,9 @@ class DiscreteRod:
             Status(code, message),
             discrete_fields.curve(chain, shape, path.load_factor, branch.gradient),
             load_factor=path.load_factor,
-            index=index,
-            elastic_parts=discrete_fields.elastic_parts(chain, shape, path.load_factor),
+            index=path.index,
+            lowest_modes=partial(discrete_modes.modes, chain, shape, path.load_factor),
+            elastic_parts=discrete_fields.elastic_parts(chain, shape),
             statistics={
                 "seconds": time.perf_counter() - began,
                 "load_steps": path.steps,
@@ -128,3 +149,31 @@ class DiscreteRod:
                 "crossings": tuple(path.crossings),
             },
         )
+
+    def _extrapolated(self, coarse: EquilibriumSolution, fine: EquilibriumSolution) -> EquilibriumSolution:
+        """Return Richardson's extrapolation at the coarse nodes, with what it changed in the fine answer as its error.
+
+        y = y_2N + (y_2N - y_N) / (2^p - 1),   p the order
+        """
+        if not fine.converged:
+            return fine
+        gain = 1.0 / (2 ** (self.order // 2) - 1)
+        common = np.isin(fine.curve.s, coarse.curve.s)
+        a, b = (
+            np.concatenate([x.curve.y, x.curve.dy], axis=1)[at] for x, at in ((coarse, slice(None)), (fine, common))
+        )
+        turned = np.sign(np.sum(a[:, 3:7] * b[:, 3:7], axis=1, keepdims=True))  # q and -q are one orientation
+        a[:, 3:7] *= turned
+        a[:, 16:20] *= turned
+        y = b + gain * (b - a)
+        norm = np.linalg.norm(y[:, 3:7], axis=1, keepdims=True)
+        y[:, 3:7] /= norm
+        y[:, 16:20] /= norm
+        parts = tuple(
+            f + gain * (f - c) for c, f in zip(coarse.elastic_parts or (), fine.elastic_parts or (), strict=True)
+        )
+        answer = replace(fine, curve=Curve(coarse.curve.s, y[:, :13], y[:, 13:]), elastic_parts=parts)
+        change = np.abs(y - b)[[0, -1]]
+        tip = float(np.linalg.norm(answer.tip - fine.tip))
+        error = ErrorEstimate(tip, float(np.max(change[:, 7:10])), float(np.max(change[:, 10:13])))
+        return replace(answer, error=error)

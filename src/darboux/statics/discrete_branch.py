@@ -10,17 +10,20 @@ from scipy.linalg import lapack
 
 from darboux.kernels import band, discrete_rod
 from darboux.statics import load_path
-from darboux.statics.discrete_chain import Chain, Shape
+from darboux.statics.discrete_chain import SLACK, Chain, Shape
 
 Array = NDArray[np.float64]
 
-PATH_TOLERANCE = 1e-3  # of the last change of Newton on the way, as a turn in rad: what is left over is its square
+PATH_TOLERANCE = 1e-4  # of the last change of Newton on the way, as a turn in rad: what is left over is its square
 TOLERANCE = 1e-10  # and at full load
 SETTLING = 1e-2  # rad by which an equilibrium may move when what was lent to it is taken back
 MOST_ITERATIONS = 40
 SHORT_STEP = 2e-3  # of the load factor
 FLATTEST = 1e-3  # an edge shorter than this, over its rest length, has been compressed to nothing
 SHORTEST_LINE = 2.0**-12
+FIRST_FALL = 0.05  # rad, the first step from an unstable equilibrium
+SMALLEST_SHIFT = 1e-2  # of EI / L^3 per length, by which an indefinite Hessian is made positive
+MOST_FALLING, INVERSE_ITERATIONS = 500, 30
 
 
 class ChainBranch:
@@ -33,26 +36,35 @@ class ChainBranch:
         n = chain.unknowns
         self.work = np.zeros(discrete_rod.WORK)
         self.gradient, self.lower = np.zeros(n), np.zeros(band.LOWER * n)
-        self.general = np.zeros(band.FULL * n) if np.any(chain.couples) else None  # couples are not symmetric
+        self.general = None if chain.symmetric else np.zeros(band.FULL * n)  # loads without a potential
 
     # -- Newton's method -----------------------------------------------------------------------------------------
 
     def assemble(self, shape: Shape, load_factor: float) -> float:
-        """Fill gradient and band (and the general band where couples act), fixed unknowns held; return the energy."""
+        """Fill gradient and band (the general one where loads have no potential), of packed unknowns; return the energy."""
+        self.chain.at(load_factor)
         rod, loads = self.chain.elasticity(shape.T), self.chain.loads(load_factor)
         energy: float = discrete_rod.energy_gradient_hessian(
             shape.state, rod, loads, self.work, self.gradient, self.lower
         )
         if self.general is not None:
             band.expand(self.lower, self.chain.unknowns, self.general)
-            couples = (load_factor * self.chain.couples).ravel()
-            discrete_rod.add_couples(shape.state, couples, self.gradient, self.general)
-        return energy
+            following = self.chain.edge_loads(shape, load_factor)
+            arguments: Any = (shape.state, *(part.ravel() for part in following), self.gradient, self.general)
+            discrete_rod.add_couples(shape.state, following.M.ravel(), self.gradient, self.general)
+            discrete_rod.add_edge_loads(*arguments)
+        return energy + self.chain.energy_of_supports(shape, load_factor)
 
-    def _hold(self) -> None:
-        if self.general is not None:
+    def hold(self, shape: Shape, load_factor: float) -> None:
+        """Bring band and gradient from packed unknowns to those of the supports, and hold what these hold."""
+        if self.general is None:
+            self.chain.hold(shape, load_factor, self.lower, self.gradient, True)
+            self.lower[:: band.LOWER] += self.chain.shift / self.chain.edges
+            band.fix(self.lower, self.gradient, self.chain.fixed)
+        else:
+            self.chain.hold(shape, load_factor, self.general, self.gradient, False)
+            self.general[band.REACH :: band.FULL] += self.chain.shift / self.chain.edges
             band.fix_general(self.general, self.gradient, self.chain.fixed)
-        band.fix(self.lower, self.gradient, self.chain.fixed)
 
     def _factor(self) -> tuple[int, Any]:
         """Return the number of negative pivots (-1: singular) and the factors."""
@@ -90,30 +102,28 @@ class ChainBranch:
         self, shape: Shape, load_factor: float, tolerance: float, stable: bool
     ) -> tuple[Shape, float, int] | None:
         """Newton's method: downhill with a positive definite Hessian all the way where ``stable``, else undamped."""
-        turned, last, parts = 0.0, np.inf, np.empty(4)
+        turned, last = 0.0, np.inf
         near = (
             SETTLING if load_factor == self.came_from else PATH_TOLERANCE
         )  # below this a change need not contract at once
         for iteration in range(1, MOST_ITERATIONS + 1):
             self.iterations += 1
             energy = self.assemble(shape, load_factor)
-            self._hold()
+            self.hold(shape, load_factor)
             slope = self.gradient.copy()
             index, factors = self._factor()
             if index < 0 or not np.isfinite(energy) or (stable and index > 0):
                 return None
-            step = self._solve(factors, -slope)
+            own = self._solve(factors, -slope)
+            step = self.chain.packed(shape, own)
             size = self.chain.turn(step)
             if not np.isfinite(size):
                 return None
             scale = 1.0
             trial = self.chain.moved(shape, step, scale)
             if stable and size > 1e-7:
-                rod, loads = self.chain.elasticity(shape.T), self.chain.loads(load_factor)
-                descent = float(slope @ step)
-                while discrete_rod.energy(
-                    trial.state, rod, loads, parts
-                ) > energy + 1e-4 * scale * descent + 1e-13 * abs(energy):
+                descent = float(slope @ own)
+                while self._energy(trial, shape, load_factor) > energy + 1e-4 * scale * descent + 1e-13 * abs(energy):
                     scale *= 0.5
                     if scale < SHORTEST_LINE:
                         return None
@@ -130,26 +140,97 @@ class ChainBranch:
             last = size
         return None
 
+    def _energy(self, trial: Shape, shape: Shape, load_factor: float) -> float:
+        """Return the energy of a trial, with the multipliers of the shape that it comes from."""
+        chain, parts = self.chain, np.empty(4)
+        rod, loads = chain.elasticity(shape.T), chain.loads(load_factor)
+        energy: float = discrete_rod.energy(trial.state, rod, loads, parts)
+        return energy + chain.energy_of_supports(trial._replace(reactions=shape.reactions), load_factor)
+
     def settle(self, shape: Shape) -> Shape | None:
         """Return the equilibrium at full load to the last digits, from one that the path reached."""
         self.came_from = 1.0
         found = self.newton(self.chain.taken_back(shape), 1.0, TOLERANCE)
         return None if found is None else found[0]
 
+    def fallen(self, shape: Shape) -> Shape | None:
+        """Return the stable equilibrium at full load that the energy's descent reaches from an unstable one, or None.
+
+        The first step goes along the lowest mode, the others are Newton's with a shift that makes the Hessian positive. An
+        inextensible rod that is held twice may stretch meanwhile.
+        """
+        chain = self.chain
+        first = chain.moved(shape, chain.packed(shape, self._lowest(shape)), 1.0)
+        if not chain.lent:
+            return self._fall(first)
+        chain.inextensible, chain.EA[1:-1] = False, SLACK
+        fallen: Shape | None = first._replace(T=np.zeros_like(shape.T))
+        while fallen is not None:
+            fallen = self._fall(fallen)
+            if chain.EA[1] >= chain.penalty:
+                break
+            chain.EA[1:-1] = np.minimum(10.0 * chain.EA[1:-1], chain.penalty)
+        chain.EA[1:-1], chain.inextensible = chain.penalty, True
+        return None if fallen is None else self.settle(fallen)
+
+    def _fall(self, shape: Shape) -> Shape | None:
+        """Return the stable equilibrium at full load that Newton's shifted steps reach downhill, or None."""
+        shift = 0.0
+        self.chain.settled(shape)
+        for _ in range(MOST_FALLING):
+            self.iterations += 1
+            energy = self.assemble(shape, 1.0)
+            self.hold(shape, 1.0)
+            slope, shift, unshifted = self.gradient.copy(), 0.25 * shift, self.lower.copy()
+            shift = shift if shift > SMALLEST_SHIFT else 0.0
+            while self._factor()[0] != 0:
+                shift = max(4.0 * shift, SMALLEST_SHIFT)
+                self.lower[:] = unshifted
+                self.lower[:: band.LOWER] += shift / self.chain.edges
+            own = self._solve(None, -slope)
+            step = self.chain.packed(shape, own)
+            size = self.chain.turn(step)
+            scale = min(1.0, load_path.LARGEST_CORRECTED_TURN / size)
+            trial = self.chain.moved(shape, step, scale)
+            while size > 1e-7 and self._energy(trial, shape, 1.0) > energy + 1e-4 * scale * float(slope @ own):
+                scale *= 0.5
+                if scale < SHORTEST_LINE:
+                    return None
+                trial = self.chain.moved(shape, step, scale)
+            shape = trial
+            self.chain.settled(shape)
+            if shift == 0.0 and size <= TOLERANCE:
+                return shape._replace(unstable=0)
+        return None
+
+    def _lowest(self, shape: Shape) -> Array:
+        """Return a step of FIRST_FALL rad along the lowest eigenvector of the Hessian, by inverse iteration."""
+        self.assemble(shape, 1.0)
+        self.hold(shape, 1.0)
+        unshifted, shift = self.lower.copy(), SMALLEST_SHIFT
+        while self._factor()[0] != 0:
+            shift *= 2.0
+            self.lower[:] = unshifted
+            self.lower[:: band.LOWER] += shift / self.chain.edges
+        vector = np.where(self.chain.fixed, 0.0, np.random.default_rng(1).normal(size=self.chain.unknowns))
+        for _ in range(INVERSE_ITERATIONS):
+            vector = self._solve(None, vector / np.linalg.norm(vector))
+        return vector * (FIRST_FALL / self.chain.turn(self.chain.packed(shape, vector)))
+
     def index(self, shape: Shape, load_factor: float) -> int | None:
-        """Return the number of negative eigenvalues of the Hessian; None under couples, which have no energy."""
+        """Return the number of negative eigenvalues of the Hessian; None under loads without a potential."""
         if self.general is not None:
             return None
         self.assemble(shape, load_factor)
-        self._hold()
+        self.hold(shape, load_factor)
         return max(band.factor(self.lower, self.chain.unknowns), 0)
 
     # -- for load_path.follow ------------------------------------------------------------------------------------
 
     def stability(self, shape: Shape, load_factor: float) -> tuple[float, int | None]:
-        """Return the sign of the determinant, 0 where it is singular, and the unstable directions; None under couples."""
+        """Return the determinant's sign, 0 where it is singular, and the unstable directions; None without a potential."""
         self.assemble(shape, load_factor)
-        self._hold()
+        self.hold(shape, load_factor)
         negative = self._factor()[0]
         return _sign(negative), None if self.general is not None else max(negative, 0)
 
@@ -160,26 +241,24 @@ class ChainBranch:
         there = self.chain.posed(shape, load_factor + step)
         self.chain.lend(load_factor + step)
         self.assemble(there, load_factor + step)
+        self.hold(there, load_factor + step)
         ahead = self.gradient.copy()
         self.chain.lend(load_factor)
         self.assemble(shape, load_factor)
+        self.hold(shape, load_factor)
         change = (ahead - self.gradient) / step
-        self._hold()
         index, factors = self._factor()
-        change[self.chain.fixed] = 0.0
         if index < 0:
             return change, np.inf
         tangent = self._solve(factors, -change)
-        moved = np.zeros((self.chain.edges + 1, 4))
-        moved[:, :3] = (there.state.x - shape.state.x).reshape(-1, 3) / step
-        tangent[self.chain.fixed] = moved.ravel()[:-1][
-            self.chain.fixed
-        ]  # a far clamp that moves takes its vertices along
+        fixed = self.chain.fixed  # a support that moves takes along what it holds
+        tangent[fixed] = self.chain.rates(shape, there, step)[fixed]
+        tangent = self.chain.packed(shape, tangent)
         return tangent, self.chain.turn(tangent)
 
     def predict(self, shape: Shape, tangent: Array, step: float) -> Shape:
-        """Return the shape moved along the tangent."""
-        return self.chain.moved(shape, tangent, step)
+        """Return the shape moved along the tangent; a groove moves too, so that what it holds with is left to Newton."""
+        return self.chain.moved(shape, tangent, step)._replace(reactions=shape.reactions)
 
     def correct(self, shape: Shape, load_factor: float) -> load_path.Corrected[Shape] | None:
         """Return the equilibrium near a predicted shape, or None."""

@@ -1,9 +1,15 @@
-"""A rod as a chain of edges: what resists, what acts, how it lies at rest and how it moves."""
+"""A rod as a chain of edges: what resists, what acts, how it lies at rest and how it moves.
+
+Beyond either end stands a ghost edge, which carries the frame of the end's section: the spring between it and the first
+edge is that of half a cell. A clamp holds it; under other supports it turns (see discrete_ends.py). With ghosts the
+kernels see N + 2 edges and N + 3 vertices.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+import itertools
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,42 +17,78 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.kernels import discrete_rod
 from darboux.kernels.discrete_rod import Elasticity, Loads, State
-from darboux.kernels.rod_equations import BINV, DEAD_FORCE, DEAD_MOMENT, FORCE_GRADIENT, K0, SINV
+from darboux.kernels.rod_equations import (
+    BINV,
+    DEAD_FORCE,
+    DEAD_MOMENT,
+    FOLLOWER_FORCE,
+    FOLLOWER_MOMENT,
+    FORCE_GRADIENT,
+    K0,
+    SINV,
+)
+from darboux.loads import LineForce
+from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium
-from darboux.statics import coefficients
+from darboux.statics import coefficients, stability
 from darboux.statics.coefficients import Scale
+from darboux.statics.discrete_ends import Block, End, rotation, rotation_vector
+from darboux.statics.end_conditions import EndConditions
+from darboux.statics.laying import laid
 
 Array = NDArray[np.float64]
 
 # EA L^2 / EI of an inextensible rod's edges, a penalty that multipliers make exact: well above bending and above the loads.
 PENALTY, PENALTY_OF_LOADS = 1e6, 100.0
 SLACK = 1e3  # and, on the way, of a rod held at both ends, which as a straight one could not leave its place
+SHIFT = 1e-7  # of EI / L^3 and EI / L, per length: what is lent to motions that nothing resists, as a round rod's spin
+GHOST = 0.5  # length of a ghost edge, over its neighbour's
 
 
 class Shape(NamedTuple):
-    """A state of the chain, its multipliers (the edges' tensions at rest length), how many directions lower its energy."""
+    """A state of the chain, the multipliers of its edges' lengths (T) and of grooves, how many directions lower its energy."""
 
     state: State
-    T: Array
+    T: Array  # (N + 2) the edges' tensions at rest length
+    reactions: tuple[Array, ...] = ()  # of grooves at either end
     unstable: int | None = None
 
 
+class EdgeLoads(NamedTuple):
+    """Loads that follow the shape, on each edge, with their derivatives by its middle and by a small turn: see the kernel."""
+
+    F: Array  # (N + 2, 2, 3) on the vertex behind and on the one in front
+    F_r: Array  # (N + 2, 2, 3, 3)
+    F_phi: Array
+    M: Array  # (N + 2, 3)
+    M_r: Array  # (N + 2, 3, 3)
+    M_phi: Array
+
+
 class Chain:
-    """The discrete rod in dimensionless numbers: N edges between the given nodes, clamped where the supports hold.
+    """The discrete rod in dimensionless numbers: N edges between the given nodes, and a ghost edge beyond either end.
 
     With ``two_vertices`` a clamp freezes the first edge; else a spring of half a cell ties it to the clamp.
     """
 
     def __init__(self, problem: Equilibrium, nodes: Array, two_vertices: bool) -> None:
-        self.problem, self.nodes, self.two_vertices = problem, nodes, two_vertices
+        self.problem, self.nodes = problem, nodes
         self.scale = Scale.of(problem)
-        self.held = (problem.start.holds, problem.end.holds)
-        self.springs = tuple(held and not two_vertices for held in self.held)
         self.edges = len(nodes) - 1
-        self.unknowns = 4 * self.edges + 3
+        self.unknowns = 4 * (self.edges + 2) + 3
+        self.frozen = tuple(two_vertices and support.clamps for support in (problem.start, problem.end))
+        self.symmetric = stability.has_potential(problem)
         self._discretise()
+        ghosts = GHOST * self.l[[1, -2]]
+        self.ends = tuple(
+            End(problem, at, self.scale, float(ghost), self.unknowns)
+            for at, ghost in zip(("start", "end"), ghosts, strict=True)
+        )
+        self.between = self._stations()
         self._loaded = (0.0, Loads(np.zeros(self.f.size), np.zeros(self.C.size)))
         self.fixed = self._fixed()
+        oriented = any(all(support.held_rotation) or support.rotational is not None for _, support in problem.supports)
+        self.shift = 0.0 if oriented else SHIFT
 
     # -- from the rod to the chain -------------------------------------------------------------------------------
 
@@ -56,38 +98,70 @@ class Chain:
         middle = 0.5 * (x[:-1] + x[1:])
         cells = np.concatenate([[0.0], middle, [1.0]])
         at_vertices = _means(lambda s: coefficients.columns(self.problem, self.scale, s), cells)
-        on_edges = _means(lambda s: coefficients.columns(self.problem, self.scale, s), x)
-        self.l, self.V = np.diff(x), np.diff(cells)
+        on_edges = _ghosted(_means(lambda s: coefficients.columns(self.problem, self.scale, s), x))
+        self.l, self.V = _ghosted(np.diff(x)), np.diff(cells)
+        self.l[[0, -1]] = GHOST * self.l[[1, -2]]
         B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
-        self.stiffness = _six(B).ravel()
-        self.kappa0 = (at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
-        stretch = on_edges[:, SINV + 2]
-        self.lent = not self.problem.rod.stretch and all(self.held)
+        self.stiffness = _ghosted(_six(B)).ravel()
+        self.kappa0 = _ghosted(at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
+        self.lent = not self.problem.rod.stretch and len(self.problem.supports) > 1
         self.inextensible = not self.problem.rod.stretch and not self.lent
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
-        self.f = at_vertices[:, force : force + 3] * self.V[:, None]
-        self.C = _six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None]
-        moment = DEAD_MOMENT
-        self.couples = on_edges[:, moment : moment + 3] * self.l[:, None]
-        for at, i in (("start", 0), ("end", -1)):
-            load = self.problem.end_load(at)
+        self.f = _ghosted(at_vertices[:, force : force + 3] * self.V[:, None])
+        self.C = _ghosted(_six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None])
+        spread = self.l[:, None]
+        self.couples = on_edges[:, DEAD_MOMENT : DEAD_MOMENT + 3] * spread
+        # Of followers in the section's frame: what grows with the load factor, and what grows with its square.
+        self.section_force, self.section_couple = np.zeros((2, len(self.l), 2, 3)), np.zeros((2, len(self.l), 3))
+        self.section_force[0] = 0.5 * (on_edges[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread)[:, None]
+        self.section_couple[0] = on_edges[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] * spread
+        self.distributed = self.f.copy()
+        for at, i in (("start", 1), ("end", -2)):
+            self.f[i] += self.problem.end_load(at).force / self.scale.force
+        for s, load in self.problem.points.items():
+            i = self.vertex(s)
+            share = self.l[[i, i - 1]] / (self.l[i - 1] + self.l[i])  # of the edges in front of it and behind it
             self.f[i] += load.force / self.scale.force
-            self.couples[i] += load.moment / self.scale.moment
-        self.penalty = PENALTY + PENALTY_OF_LOADS * float(np.sum(np.abs(self.f)) + np.sum(np.abs(self.C)))
-        self.EA = 1.0 / stretch if self.problem.rod.stretch else np.full(self.edges, self.penalty)
+            self.couples[[i - 1, i]] += share[:, None] * load.moment / self.scale.moment
+            p, d = load.section_force / self.scale.force, load.section_moment / self.scale.moment
+            # The curvature jumps by C d, so that the edges' mean frame is turned by half of l_a l_b / (l_a + l_b) of it.
+            c = coefficients.columns(self.problem, self.scale, self.nodes[i - 1 : i])[:, BINV : BINV + 6]
+            turn = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0] @ d
+            for power, vectors in enumerate(((p, d), (np.cross(turn, p), np.cross(turn, d)))):
+                self.section_force[power][[i - 1, i], [1, 0]] += share[:, None] * vectors[0]
+                self.section_couple[power][[i - 1, i]] += share[:, None] * vectors[1]
+        loads = sum(float(np.sum(np.abs(part))) for part in (self.f, self.C, self.section_force))
+        self.penalty = PENALTY + PENALTY_OF_LOADS * loads
+        self.EA = np.full(self.edges + 2, self.penalty)
+        if self.problem.rod.stretch:
+            self.EA[1:-1] = 1.0 / on_edges[1:-1, SINV + 2]
+        self.EA[[0, -1]] = 1.0  # a ghost's length is held
+
+    def vertex(self, s: float) -> int:
+        """Return the number of the vertex at s in m, ghosts counted."""
+        return 1 + int(np.argmin(np.abs(self.nodes - s / self.problem.rod.length)))
+
+    def _stations(self) -> list[tuple[int, EndConditions, Block]]:
+        """Return the supports between the ends: the vertex, the conditions, the vertex's unknowns."""
+        result = []
+        for s, support in self.problem.between:
+            i = self.vertex(s)
+            conditions = EndConditions(support, self.problem.stations[s][1], 1.0, self.scale)
+            result.append((i, conditions, Block(self.unknowns, 4 * i, 3)))
+        return result
 
     def _fixed(self) -> NDArray[np.bool_]:
         fixed = np.zeros(self.unknowns, dtype=bool)
-        if self.held[0]:
-            fixed[: 7 if self.two_vertices else 3] = True
-        if self.held[1]:
-            fixed[-7 if self.two_vertices else -3 :] = True
+        for end, frozen, edge in zip(self.ends, self.frozen, (slice(7, 11), slice(-11, -7)), strict=True):
+            fixed[end.block.part] = end.fixed
+            fixed[edge] = frozen
+        for _, conditions, block in self.between:
+            fixed[block.part] = conditions.support.held_displacement
         return fixed
 
     def elasticity(self, T: Array) -> Elasticity:
         """Return what resists, with the multipliers T."""
-        first = 0 if self.springs[0] else 1
-        stop = self.edges + 1 if self.springs[1] else self.edges
+        first, stop = 2 if self.frozen[0] else 1, self.edges + (1 if self.frozen[1] else 2)
         return Elasticity(self.stiffness, self.kappa0, self.l, self.EA, T, first, stop)
 
     def loads(self, load_factor: float) -> Loads:
@@ -96,73 +170,215 @@ class Chain:
             self._loaded = (load_factor, Loads((load_factor * self.f).ravel(), (load_factor * self.C).ravel()))
         return self._loaded[1]
 
+    def edge_loads(self, shape: Shape, load_factor: float) -> EdgeLoads:
+        """Return the loads that follow the shape, with their derivatives; the dead couples among M."""
+        R = self.frames(shape)
+        force, couple = (
+            load_factor * (part[0] + load_factor * part[1]) for part in (self.section_force, self.section_couple)
+        )
+        F, M = np.einsum("nij,nkj->nki", R, force), np.einsum("nij,nj->ni", R, couple)
+        loads = EdgeLoads(
+            F, np.zeros((*F.shape, 3)), -_cross_matrices(F), M, np.zeros((*M.shape, 3)), -_cross_matrices(M)
+        )
+        for load in self.problem.of_shape:
+            self._add_of_shape(load, shape, R, load_factor, loads)
+        loads.M[:] += load_factor * self.couples
+        return loads
+
+    def _add_of_shape(self, load: Any, shape: Shape, R: Array, load_factor: float, loads: EdgeLoads) -> None:
+        """Add a load that is a function of the shape, read at the middle of each edge."""
+        x, scale, R = shape.state.x.reshape(-1, 3)[1:-1], self.scale, R[1:-1]
+        s = 0.5 * (self.nodes[:-1] + self.nodes[1:]) * scale.length
+        r = 0.5 * (x[:-1] + x[1:]) * scale.length + scale.origin
+        unit = scale.force / scale.length if isinstance(load, LineForce) else scale.force
+        per_edge = (load_factor * self.l[1:-1] / unit)[:, None]
+        by_r, by_turn = (per_edge[:, :, None] * part for part in load.gradients(s, r, R, scale.length))
+        by_r, by_turn = by_r * scale.length, by_turn @ R.transpose(0, 2, 1)
+        value = per_edge * load.at_shape(s, r, R)
+        if isinstance(load, LineForce):  # half on either vertex
+            for part, added in zip(loads[:3], (value, by_r, by_turn), strict=True):
+                part[1:-1] += 0.5 * added[:, None]
+        else:
+            for part, added in zip(loads[3:], (value, by_r, by_turn), strict=True):
+                part[1:-1] += added
+
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
     def unloaded(self) -> Shape:
         """Return the natural shape, where every spring is at rest, laid against the support that holds it."""
         N = self.edges
-        support, held = (self.problem.start, 0) if self.held[0] else (self.problem.end, N + 1)
-        rest = self.kappa0.reshape(-1, 3).copy()
-        for vertex, spring in ((0, self.springs[0]), (N, self.springs[1])):
-            if not spring:
-                rest[vertex] = 0.0  # no spring: the ghost edge runs on along its neighbour
+        rest = self.kappa0.reshape(-1, 3)[1:-1].copy()
+        rest[[0, -1]] *= ~np.array(self.frozen)[:, None]  # no spring: the ghost edge runs on along its neighbour
         q = np.empty((N + 2, 4))
         discrete_rod.chain_frames(rest.ravel(), q.ravel())
         R = frames.matrix_of_quaternion(q)
-        R = support.R @ R[held].T @ R
         x = np.zeros((N + 1, 3))
-        x[1:] = np.cumsum(self.l[:, None] * R[1:-1, :, 2], axis=0)
-        x -= x[0] if self.held[0] else x[-1]
-        self.natural_end = (x[-1].copy(), frames.quaternion_of_matrix(R[-1]))
-        state = State(x.ravel(), R[:, :, 2].ravel().copy(), R[:, :, 0].ravel().copy(), rest[:, 2].copy())
-        return Shape(state, np.zeros(N))
+        x[1:] = np.cumsum(self.l[1:-1, None] * R[1:-1, :, 2], axis=0)
+        support, place, orientation = laid(self.problem)
+        i = int(np.argmin(np.abs(self.nodes - place)))
+        at = {0: 0, N: N + 1}.get(i, i)
+        chord = x[-1] - x[0]
+        chord /= np.linalg.norm(chord) if np.any(chord) else 1.0
+        turn = orientation @ R[at].T if orientation.shape == (3, 3) else smallest_rotation(chord, orientation)
+        R = turn @ R
+        x = (x - x[i]) @ turn.T + (np.array(support.position) - self.scale.origin) / self.scale.length
+        twists = np.concatenate([[0.0], rest[:, 2], [0.0]])
+        state = State(np.zeros(3 * (N + 3)), np.zeros(3 * (N + 4)), np.zeros(3 * (N + 4)), twists)
+        state.x[3:-3] = x.ravel()
+        state.t[3:-3], state.d1[3:-3] = R[:, :, 2].ravel(), R[:, :, 0].ravel()
+        grooved = [sum(end.support.held_displacement) if end.groove else 0 for end in self.ends]
+        shape = Shape(state, np.zeros(N + 2), tuple(np.zeros(k) for k in grooved))
+        for end, edge in zip(self.ends, (0, -1), strict=True):
+            self._put(state, end, R[edge])
+        poses = [(x[k], q) for k, q in ((0, R[0]), (N, R[-1]))]
+        for end, (position, frame) in zip(self.ends, poses, strict=True):
+            if end.support.holds and end.support is not support:
+                end.conditions.grow_from(np.concatenate([position, frames.quaternion_of_matrix(frame)]))
+            end.at(0.0)
+        for k, conditions, _ in self.between:
+            if conditions.support is not support:
+                conditions.grow_from(np.concatenate([x[k - 1], [1.0, 0.0, 0.0, 0.0]]))
+        return self.posed(shape, 0.0)
 
     # -- moving --------------------------------------------------------------------------------------------------
 
+    def frames(self, shape: Shape) -> Array:
+        """Return the frames of the edges, ghosts included: (N + 2, 3, 3)."""
+        t, d1 = (part[3:-3].reshape(-1, 3) for part in shape.state[1:3])
+        return np.stack([d1, np.cross(t, d1), t], axis=-1)
+
+    def _ends(self, state: State) -> Iterable[tuple[End, int, Array, Array]]:
+        """Return the ends with which of both they are, the place of their vertex and their frame."""
+        x, t, d1 = (part.reshape(-1, 3) for part in state[:3])
+        for k, end in enumerate(self.ends):
+            i, j = (1, 1) if k == 0 else (-2, -2)
+            yield end, k, x[i], np.column_stack([d1[j], np.cross(t[j], d1[j]), t[j]])
+
+    @staticmethod
+    def _put(state: State, end: End, R: Array) -> None:
+        """Give an end's ghost edge the frame R, where its vertex is."""
+        x, t, d1 = (part.reshape(-1, 3) for part in state[:3])
+        i, j, ghost = (1, 1, 0) if end.outward < 0.0 else (-2, -2, -1)
+        t[j], d1[j] = R[:, 2], R[:, 0]
+        x[ghost] = x[i] + end.outward * end.ghost * R[:, 2]
+
+    @property
+    def _pieces(self) -> list[tuple[int, int, bool, bool]]:
+        """The parts between vertices that supports place: from, to, and whether either end is placed."""
+        inner = [i for i, conditions, _ in self.between if any(conditions.support.held_displacement)]
+        places = [(1, self.ends[0].places), *((i, True) for i in inner), (self.edges + 1, self.ends[1].places)]
+        return [(i, j, a, b) for (i, a), (j, b) in itertools.pairwise(places)]
+
     def moved(self, shape: Shape, step: Array, scale: float) -> Shape:
-        """Return the shape after a step; edges turn rather than shear, and multipliers take up an inextensible rod's."""
+        """Return the shape after a packed step; edges turn rather than shear, multipliers take up what is held by them."""
         x, t, _, _ = shape.state
-        turned = np.empty_like(step)
-        frozen = 1 if self.two_vertices else 0
-        discrete_rod.turning_step(x, self.l, step, scale, self.inextensible, *self.held, frozen, turned)
+        turned = np.zeros_like(step)
+        frozen = int(any(self.frozen))
+        for i, j, *placed in self._pieces:
+            own = slice(4 * i, 4 * j + 3)
+            arguments: Any = (x[3 * i : 3 * j + 3], self.l[i:j], step[own], scale, self.inextensible, *placed, frozen)
+            arguments = (*arguments, turned[own])
+            discrete_rod.turning_step(*arguments)
         new = _advanced(shape.state, turned)
+        reactions = list(shape.reactions)
+        for end, k, place, R in self._ends(shape.state):
+            seven = step[end.block.part]
+            turn = end.turn(seven, R)
+            if end.groove:
+                c, by_unknowns, _ = end.out_of_groove(place, R)
+                change = by_unknowns @ np.concatenate([turn, seven[end.near]])
+                reactions[k] = reactions[k] + self.penalty * (c + scale * change)
+            R = rotation(scale * turn) @ R
+            self._put(new, end, end.held_frame(R) if end.universal else R)
         T = shape.T
         if self.inextensible:
             moves = np.diff(np.append(step, 0.0).reshape(-1, 4)[:, :3], axis=0)
             strain = scale * np.einsum("ni,ni->n", t[3:-3].reshape(-1, 3), moves) / self.l
-            T = T + self.EA * (self.stretch(shape) + strain)
-        return shape._replace(state=new, T=T)
+            T = T + self.EA * (np.pad(self.stretch(shape), 1) + strain)
+            T[[0, -1]] = 0.0
+        return shape._replace(state=new, T=T, reactions=tuple(reactions))
 
     def settled(self, shape: Shape) -> None:
         """Keep the twists of an accepted state, so that whole turns are not lost."""
         first, stop = self.elasticity(shape.T)[-2:]
-        discrete_rod.strains(shape.state, first, stop, np.empty(3 * (self.edges + 1)))
+        discrete_rod.strains(shape.state, first, stop, np.empty(3 * (self.edges + 3)))
+
+    def at(self, load_factor: float) -> None:
+        """Take the poses that the supports prescribe at a load factor."""
+        for end in self.ends:
+            if end.load_factor != load_factor:
+                end.at(load_factor)
 
     def posed(self, shape: Shape, load_factor: float) -> Shape:
-        """Put the far clamp of a rod that is held at both ends where it belongs at this load factor."""
-        if not all(self.held):
-            return shape
-        position0, q0 = self.natural_end
-        position1 = (np.array(self.problem.end.position) - self.scale.origin) / self.scale.length
-        q = frames.between(q0, frames.quaternion_of_matrix(self.problem.end.R), load_factor)
-        R = frames.matrix_of_quaternion(q)
-        end = (1.0 - load_factor) * position0 + load_factor * position1
-        step = np.zeros(self.unknowns)
-        step[-3:] = end - shape.state.x[-3:]
-        if self.two_vertices:
-            step[-7:-4] = end - self.l[-1] * R[:, 2] - shape.state.x[-6:-3]
-        posed = _advanced(shape.state, step)
-        clamped = slice(-6, None) if self.two_vertices else slice(-3, None)
-        posed.t[clamped], posed.d1[clamped] = (
-            np.resize(R[:, 2], posed.t[clamped].size),
-            np.resize(R[:, 0], posed.d1[clamped].size),
-        )
-        return shape._replace(state=posed)
+        """Put what the supports hold where it belongs at a load factor."""
+        self.at(load_factor)
+        x = shape.state.x.reshape(-1, 3)
+        new, held = x.copy(), []
+        for end, k, place, R in self._ends(shape.state):
+            vertex, inner = (1, 2) if k == 0 else (-2, -3)
+            held.append(end.held_frame(R))
+            new[vertex] = end.held_place(place)
+            if self.frozen[k]:
+                new[inner] = new[vertex] - end.outward * self.l[vertex] * held[k][:, 2]
+        for i, conditions, _ in self.between:
+            support = conditions.support
+            A = support.displacement_axes[:, list(support.held_displacement)]
+            new[i] += A @ (A.T @ (conditions.pose(load_factor)[0] - x[i]))
+        step = np.zeros((self.edges + 3, 4))
+        step[:, :3] = new - x
+        state = _advanced(shape.state, step.ravel()[:-1])
+        t, d1 = (part.reshape(-1, 3) for part in state[1:3])
+        for end, R, frozen, inner in zip(self.ends, held, self.frozen, (2, -3), strict=True):
+            self._put(state, end, R)
+            if frozen:
+                t[inner], d1[inner] = R[:, 2], R[:, 0]
+        return shape._replace(state=state)
+
+    def rates(self, shape: Shape, there: Shape, step: float) -> Array:
+        """Return how fast what is held moves, from a shape to where it is posed a step further: the unknowns."""
+        moves = np.zeros((self.edges + 3, 4))
+        moves[:, :3] = (there.state.x - shape.state.x).reshape(-1, 3) / step
+        result = moves.ravel()[:-1]
+        for (end, _, x, R), (_, _, new_x, new_R) in zip(self._ends(shape.state), self._ends(there.state), strict=True):
+            result[end.block.part] = end.packed_pose((new_x - x) / step, rotation_vector(new_R @ R.T) / step, R)
+        for _, conditions, block in self.between:
+            result[block.part] = conditions.support.displacement_axes.T @ result[block.part]
+        return result
+
+    # -- what the supports make of the equations -----------------------------------------------------------------
+
+    def hold(self, shape: Shape, load_factor: float, band: Array, gradient: Array, symmetric: bool) -> None:
+        """Bring a band and its gradient to the supports' unknowns, with what supports and end loads add."""
+        for end, k, x, R in self._ends(shape.state):
+            end.hold(band, gradient, x, R, shape.reactions[k], self.penalty, symmetric)
+        x = shape.state.x.reshape(-1, 3)
+        for i, conditions, block in self.between:
+            A, K = conditions.support.displacement_axes, conditions.stiffness[:3, :3]
+            block.transform(band, gradient, A, A.T @ K @ A, symmetric)
+            gradient[block.part] += A.T @ K @ (x[i] - conditions.pose(load_factor)[0])
+
+    def packed(self, shape: Shape, step: Array) -> Array:
+        """Return the packed step of a step in the supports' unknowns."""
+        result = step.copy()
+        for end, _, _, R in self._ends(shape.state):
+            result[end.block.part] = end.transformation(R) @ step[end.block.part]
+        for _, conditions, block in self.between:
+            result[block.part] = conditions.support.displacement_axes @ step[block.part]
+        return result
+
+    def energy_of_supports(self, shape: Shape, load_factor: float) -> float:
+        """Return the energy of springs and grooves."""
+        energy = sum(end.energy(x, R, shape.reactions[k], self.penalty) for end, k, x, R in self._ends(shape.state))
+        x = shape.state.x.reshape(-1, 3)
+        for i, conditions, _ in self.between:
+            u = x[i] - conditions.pose(load_factor)[0]
+            energy += 0.5 * float(u @ conditions.stiffness[:3, :3] @ u)
+        return energy
 
     def lend(self, load_factor: float) -> None:
-        """Let an inextensible rod held at both ends stretch on the way, less and less."""
+        """Let an inextensible rod that is held twice stretch on the way, less and less."""
         if self.lent:
-            self.EA[:] = min(SLACK / max(1.0 - load_factor, 1e-12), self.penalty)
+            self.EA[1:-1] = min(SLACK / max(1.0 - load_factor, 1e-12), self.penalty)
 
     def taken_back(self, shape: Shape) -> Shape:
         """Take back at the end what was lent: what pulled at a stretched edge becomes its multiplier T."""
@@ -173,12 +389,22 @@ class Chain:
 
     def stretch(self, shape: Shape) -> Array:
         """Return by how much each edge is longer than at rest, relatively: (N,)."""
-        edges = np.diff(shape.state.x.reshape(-1, 3), axis=0)
-        return np.asarray(np.linalg.norm(edges, axis=1) / self.l - 1.0)
+        edges = np.diff(shape.state.x.reshape(-1, 3)[1:-1], axis=0)
+        return np.asarray(np.linalg.norm(edges, axis=1) / self.l[1:-1] - 1.0)
 
     def turn(self, step: Array) -> float:
         """Return the largest turn of an edge in a packed step, or its largest displacement; not a number if one is none."""
         return float(discrete_rod.largest_turn(self.l, step))
+
+
+def _ghosted(values: Array) -> Array:
+    """Return an array with zeros in front and behind: (n + 2, ...)."""
+    return np.pad(values, [(1, 1), *[(0, 0)] * (values.ndim - 1)])
+
+
+def _cross_matrices(a: Array) -> Array:
+    """Return [a]_x of vectors (..., 3): (..., 3, 3)."""
+    return np.cross(a[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
 def _advanced(state: State, step: Array) -> State:
@@ -188,22 +414,35 @@ def _advanced(state: State, step: Array) -> State:
     return new
 
 
-def nodes_along(segments: int, grading: float, start_held: bool, end_held: bool) -> Array:
+def nodes_along(
+    segments: int, grading: float, start_held: bool, end_held: bool, stations: Sequence[float] = (), halvings: int = 0
+) -> Array:
     """Return segments + 1 nodes on [0, 1] whose spacing grows smoothly, by the factor ``grading``, away from held ends.
 
     s(x) = (g^x - 1) / (g - 1),   mirrored for the other end, and in two halves where both ends are held
+
+    ``stations`` are met by the nodes next to them, which take the others along; each segment is then halved ``halvings`` times.
     """
     x = np.linspace(0.0, 1.0, segments + 1)
-    if grading == 1.0:
-        return x
 
     def away_from_start(x: Array) -> Array:
-        return np.asarray(np.expm1(x * np.log(grading)) / (grading - 1.0))
+        return x if grading == 1.0 else np.asarray(np.expm1(x * np.log(grading)) / (grading - 1.0))
 
-    if start_held and end_held:
-        half = 0.5 * away_from_start(1.0 - np.abs(2.0 * x - 1.0))
-        return np.where(x <= 0.5, half, 1.0 - half)
-    return away_from_start(x) if start_held else 1.0 - away_from_start(1.0 - x)
+    def graded(x: Array) -> Array:
+        if start_held and end_held:
+            half = 0.5 * away_from_start(1.0 - np.abs(2.0 * x - 1.0))
+            return np.where(x <= 0.5, half, 1.0 - half)
+        return away_from_start(x) if start_held else 1.0 - away_from_start(1.0 - x)
+
+    fine = np.linspace(0.0, 1.0, segments * 2**halvings + 1)
+    if len(stations):
+        wanted = np.interp(stations, graded(x), x)  # near enough: the nodes are moved onto the stations below
+        nearest = np.clip(np.rint(wanted * segments), 1, segments - 1)
+        fine = np.interp(fine, [0.0, *(nearest / segments), 1.0], [0.0, *wanted, 1.0])
+    nodes = graded(fine)
+    for s, i in zip(stations, nearest.astype(int) if len(stations) else (), strict=True):
+        nodes[i * 2**halvings] = s
+    return nodes
 
 
 def _means(function: Callable[[Array], Array], nodes: Array) -> Array:

@@ -95,6 +95,20 @@ def too_many_turns(problem: Equilibrium, method: str, most: float) -> str | None
     )
 
 
+def beyond_nodes(problem: Equilibrium, method: str) -> str | None:
+    """Return why a method whose unknowns are vertices and edges can't state a problem, or None."""
+    if isinstance(problem, Ring):
+        return f"the rod is closed to a Ring, but {method} has two ends; use Collocation()."
+    for s, support in problem.between:
+        turning = any(support.held_rotation) or support.rotational is not None
+        if turning or support.sliding == "section":
+            return (
+                f"the {type(support).__name__} at s = {s:g} m turns with the section or holds it from turning, but {method} "
+                "holds a vertex there, which has no frame; use Collocation()."
+            )
+    return None
+
+
 def too_large(problem: Equilibrium, method: str, limit: float) -> str | None:
     """Return the sentence for loads larger than ``limit`` times EI / L^2 (a moment: EI / L), or None."""
     L = problem.rod.length

@@ -1,0 +1,33 @@
+"""Where the unloaded rod lies: which support places it, and how it is turned."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.problem import Equilibrium
+from darboux.supports import Support
+
+Array = NDArray[np.float64]
+
+
+def laid(problem: Equilibrium) -> tuple[Support, float, Array]:
+    """Return the support that places the unloaded rod, its s / L, and how the rod lies: a frame there, or its chord's direction."""
+    supports = [(s / problem.rod.length, support) for s, support in problem.supports]
+    places = [(x, support) for x, support in supports if any(support.held_displacement)]
+    oriented = [(x, at) for x, at in supports if any(at.held_rotation) or at.rotational is not None]
+    place, held = (places or supports)[0]
+    if any(support is held for _, support in oriented):
+        return held, place, held.R
+    for x, support in oriented:
+        return (support, x, support.R) if any(support.held_displacement) else (held, place, support.R)
+    pinned = [(x, support) for x, support in places if all(support.held_displacement)]
+    if len(pinned) > 1:
+        between = np.array(pinned[-1][1].position) - np.array(pinned[0][1].position)
+        distance = float(np.linalg.norm(between))
+        if distance > 0.0:
+            return held, place, np.sign(pinned[-1][0] - pinned[0][0]) * between / distance
+    for _, support in reversed(places):
+        if not all(support.held_displacement) and support.sliding == "fixed":
+            return held, place, support.displacement_axes[:, 0]
+    return held, place, np.array([0.0, 0.0, 1.0])

@@ -1,0 +1,237 @@
+"""Discrete elastic rods under every support and load, against Collocation; their index, their modes, their fall."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+import darboux as dx
+from darboux.statics.discrete_branch import ChainBranch
+from darboux.statics.discrete_chain import Chain, nodes_along
+
+UP = (0, 0, 1)
+SECTION = dx.Stiffness(EI1=1.0, EI2=1.4, GJ=0.75, EA=30.0, mass=1.0)
+BENT = dx.Rod(1.0, SECTION, natural=(0.3, 0.2, 0.4))
+FLAT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.3, GJ=0.75, mass=1.0))
+ALONG_THE_ROD = np.linspace(0.0, 1.0, 11)
+
+SUPPORTS = {
+    "clamped": dx.Clamped(position=(0.1, 0.2, 0.8), tangent=(0.1, 0.2, 1)),
+    "clamped, twisted": dx.Clamped(position=(0.1, 0.2, 0.9), tangent=(0.1, 0.2, 1), twist=1.5 * dx.turn),
+    "pinned": dx.Pinned(position=(0.1, 0.1, 0.9)),
+    "hinge": dx.Hinge(axis=(1, 2, 0), position=(0, 0.1, 0.9)),
+    "universal": dx.Universal(axis=(1, 0, 0), section_axis=(0, 1, 0), position=(0, 0.1, 0.9)),
+    "roller": dx.Roller(along=(1, 0, 2), position=(0, 0.1, 0.9)),
+    "groove": dx.Roller(along=(1, 0, 2), position=(0, 0.1, 0.9), sliding="section"),
+    "slider": dx.Slider(along=(1, 0, 2), position=(0, 0.1, 0.9)),
+    "guided": dx.Guided(tangent=(0.2, 0, 1)),
+    "spring": dx.Spring(
+        linear=[[3, 1, 0], [1, 4, 0], [0, 0, 5]], rotational=[[2, 0, 1], [0, 3, 0], [1, 0, 4]], position=(0, 0, 1)
+    ),
+    "free": dx.Free(),
+}
+
+
+def orders(problem: dx.Equilibrium, names: str = "rnm") -> dict[str, float]:
+    """The order of the error from 50 to 100 segments, of the places, forces and moments along the rod."""
+    exact = dx.solve(problem)
+    found = [dx.solve(problem, dx.DiscreteRod(N)) for N in (50, 100)]
+    gaps = {
+        name: [np.max(np.abs(getattr(x, name)(ALONG_THE_ROD) - getattr(exact, name)(ALONG_THE_ROD))) for x in found]
+        for name in names
+    }
+    return {name: float(np.log2(a / b)) for name, (a, b) in gaps.items() if b > 1e-7}
+
+
+@pytest.mark.parametrize("name", SUPPORTS)
+def test_order_2_under_every_support(name: str) -> None:
+    """At the end and at the start, in space, on an anisotropic rod that is bent and twisted at rest."""
+    loads = [dx.LineForce((1.0, 0.8, -0.6))]
+    found = orders(dx.Equilibrium(BENT, end=SUPPORTS[name], loads=loads))
+    assert all(1.8 < order < 2.2 for order in found.values()), f"order {found}, declared 2"
+
+
+@pytest.mark.parametrize("name", ["hinge", "universal", "groove", "slider", "spring"])
+def test_order_2_under_a_support_at_the_start(name: str) -> None:
+    support = SUPPORTS[name]
+    moved = dataclasses.replace(support, position=(0.1, 0.1, 0.1))
+    problem = dx.Equilibrium(BENT, start=moved, end=dx.Clamped(position=UP), loads=[dx.LineForce((1.0, 0.8, -0.6))])
+    found = orders(problem)
+    assert all(1.8 < order < 2.2 for order in found.values()), f"order {found}, declared 2"
+
+
+LOADS = {
+    "gravity": dx.Gravity((1, 0.5, -2)),
+    "line force": dx.LineForce((2, 1, -1)),
+    "line force, follower": dx.LineForce((2, 1, -1), frame="section"),
+    "line couple": dx.LineCouple((0.5, 1, 0.4)),
+    "line couple, follower": dx.LineCouple((0.5, 1, 0.4), frame="section"),
+    "force of the shape": dx.LineForce(lambda s, r, R: -2.0 * r + R[:, :, 0] * s[:, None]),
+    "couple of the shape": dx.LineCouple(lambda s, r, R: 0.9 * np.cross(R[:, :, 2], r + 0.3)),
+    "foundation": dx.Foundation(30.0, direction=(0.1, 0, 1)),
+    "buoyancy": dx.Buoyancy(density=3.0, area=1.0, g=(0, 1, -1)),
+    "point force": dx.PointForce((2, 1, -1), at=0.37),
+    "point force, follower": dx.PointForce((2, 1, -1), at=0.37, follower=True),
+    "point moment": dx.PointMoment((0.5, 1, 0.3), at=0.37),
+    "point moment, follower": dx.PointMoment((0.5, 1, 0.3), at=0.37, follower=True),
+    "end force, follower": dx.EndForce((1, 1, -1), follower=True),
+    "end moment": dx.EndMoment((1, 0.5, 0.6)),
+    "end moment, follower": dx.EndMoment((1, 0.5, 0.6), follower=True),
+    "rotation": dx.Rotation((0.3, 2, 1)),
+    "electric field": dx.ElectricField((1, 2, 0), lambda s: 1.0 + s),
+}
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_extrapolated_answers_under_every_load(name: str) -> None:
+    """Richardson's extrapolation of 100 and 200 graded segments is within 1e-6 of Collocation, in r, n and m."""
+    problem = dx.Equilibrium(BENT, loads=[LOADS[name]])
+    exact, found = dx.solve(problem), dx.solve(problem, dx.DiscreteRod(100, grading=2.0, extrapolate=True))
+    for field in "rnmR":
+        value, wanted = (getattr(x, field)(ALONG_THE_ROD) for x in (found, exact))
+        np.testing.assert_allclose(value, wanted, atol=1e-6, err_msg=field)
+    assert np.linalg.norm(found.tip - exact.tip) < found.error.tip
+
+
+FOLLOWING = [load for name, load in LOADS.items() if "follower" in name or "couple" in name or "shape" in name]
+
+
+@pytest.mark.parametrize("name", [name for name in SUPPORTS if name != "groove"])
+def test_newtons_method_is_quadratic_under_every_support_and_load(name: str) -> None:
+    """The size of each step is the square of the last, which holds for exact derivatives only. A groove's multipliers take more."""
+    ends = [] if "clamped" in name else [load for load in FOLLOWING if load.place]
+    loads = [dx.LineForce((1.0, 0.8, -0.6)), *ends, *(load for load in FOLLOWING if not load.place)]
+    rod = dataclasses.replace(BENT, stretch=True)
+    problem = dx.Equilibrium(rod, end=SUPPORTS[name], loads=loads)
+    chain = Chain(problem, nodes_along(12, 1.0, True, True, [0.37]), two_vertices=False)
+    branch, factor = ChainBranch(chain), 0.2
+    shape = chain.unloaded()
+    tangent, _ = branch.tangent(shape, 0.0)
+    shape = chain.posed(branch.predict(shape, tangent, factor), factor)
+    sizes = []
+    for _ in range(12):
+        branch.assemble(shape, factor)
+        branch.hold(shape, factor)
+        step = chain.packed(shape, branch._solve(branch._factor()[1], -branch.gradient))
+        sizes.append(chain.turn(step))
+        shape = chain.moved(shape, step, 1.0)
+        chain.settled(shape)
+    late = [size for size in sizes if size < 0.03]
+    assert all(b < 30.0 * a**2 + 1e-11 for a, b in itertools.pairwise(late)), sizes
+    assert sizes[-1] < 1e-11, sizes
+
+
+PI2 = np.pi**2
+COLUMNS = {  # Euler's columns: the supports and P L^2 / EI; S. P. Timoshenko and J. M. Gere (1961), art. 2.1 to 2.3
+    "clamped, free": ({}, PI2 / 4.0),
+    "pinned, roller": ({"start": dx.Pinned(), "end": dx.Roller(along=UP)}, PI2),
+    "clamped, roller": ({"end": dx.Roller(along=UP)}, 20.190728556426629),
+    "clamped, slider": ({"end": dx.Slider(along=UP)}, 4.0 * PI2),
+    "clamped, guided": ({"end": dx.Guided()}, PI2),
+}
+
+
+@pytest.mark.parametrize("name", COLUMNS)
+def test_the_index_on_both_sides_of_eulers_columns(name: str) -> None:
+    supports, P = COLUMNS[name]
+    for share, index in ((0.998, 0), (1.002, 1)):
+        column = dx.solve(
+            dx.Equilibrium(FLAT, **supports, loads=[dx.EndForce((0, 0, -share * P))]), dx.DiscreteRod(100)
+        )
+        assert column.index == index
+        assert ("unstable" in column.status.message) == (index > 0)
+        assert (column.modes().stiffness[0] < 0.0) == (index > 0) or name == "pinned, roller"
+
+
+@pytest.mark.parametrize(
+    ("problem", "after"),
+    [
+        # A. G. Greenhill (1881): w L^3 / EI = 7.8373, of a heavy column.
+        (lambda share: dx.Equilibrium(FLAT, loads=[dx.Gravity((0, 0, -7.837347439 * share))]), 1),
+        # The same, 1883: a rod twisted between two clamps that slide on its line, tan(x) = x with x = M L / 2 EI = 4.4934.
+        (
+            lambda share: dx.Equilibrium(
+                dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.75)), end=dx.Slider(along=UP, twist=8.986818916 * share / 0.75)
+            ),
+            2,
+        ),
+        # A. G. M. Michell (1899), L. Prandtl (1899): a deep cantilever, P L^2 / sqrt(EI GJ) = 4.0126.
+        (
+            lambda share: dx.Equilibrium(
+                dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1e5, GJ=1.0)), loads=[dx.EndForce((4.0126 * share, 0, 0))]
+            ),
+            1,
+        ),
+    ],
+    ids=["heavy column", "twist", "lateral-torsional"],
+)
+def test_the_index_on_both_sides(problem: object, after: int) -> None:
+    assert [dx.solve(problem(share), dx.DiscreteRod(200)).index for share in (0.998, 1.002)] == [0, after]
+
+
+def test_a_hanging_helix_from_cold() -> None:
+    """25 L / pitch of wire, soft as rubber: what other discrete codes need half a minute for, or do not find."""
+    helix = dx.Helix(radius=0.02, pitch=0.02)
+    rod = dx.Rod(0.5, dx.Circle(1e-3), dx.Material(E=1e7, nu=0.5, density=1100), natural=helix)
+    half_a_turn = np.diag([-1.0, -1.0, 1.0])
+    clamp = dx.Clamped(frame=half_a_turn @ helix.frame(axis=(0, 0, -1)))
+    solution = dx.solve(dx.Equilibrium(rod, start=clamp, loads=[dx.Gravity()]), dx.DiscreteRod(400))
+    reference = (-0.0057314858801, 0.0094571603323, -0.276898936118)
+    assert np.linalg.norm(solution.tip - reference) < 2e-3 * 0.5
+    assert solution.statistics["newton_iterations"] < 50
+    assert solution.stable
+
+
+def test_supports_between_the_ends() -> None:
+    between = {0.37: dx.Roller(along=UP, position=(0, 0, 0.37)), 0.7: dx.Spring(linear=30.0, position=(0, 0.1, 0.7))}
+    problem = dx.Equilibrium(FLAT, loads=[dx.LineForce((3, 1, -2))], between=between)
+    exact, found = dx.solve(problem), dx.solve(problem, dx.DiscreteRod(100))
+    for s in between:
+        np.testing.assert_allclose(found.reactions.between[s].force, exact.reactions.between[s].force, atol=4e-3)
+    order = orders(problem)
+    assert all(1.8 < p < 2.2 for p in order.values()), f"order {order}, declared 2"
+    clamped = dx.Equilibrium(FLAT, between={0.5: dx.Clamped(position=(0, 0, 0.5))})
+    with pytest.raises(dx.InvalidInput, match="no frame; use Collocation"):
+        dx.solve(clamped, dx.DiscreteRod(10))
+
+
+STEEL = dx.Material(E=210e9, nu=0.3, density=7850)
+
+
+def test_frequencies() -> None:
+    """Clamped and free: 1.87510^2 and 4.69409^2, torsion c / 4 L with c^2 = G / rho, axial with E / rho; a steel bar."""
+    bar = dx.Rod(1.0, dx.Circle(5e-3), STEEL, stretch=True)
+    modes = dx.solve(dx.Equilibrium(bar), dx.DiscreteRod(200)).modes(24)
+    bending = np.sqrt(210e9 * 0.005**2 / 4.0 / 7850) / dx.turn
+    wanted = [1.8751040687**2 * bending, np.sqrt(210e9 / 2.6 / 7850) / 4.0, np.sqrt(210e9 / 7850) / 4.0]
+    for frequency in wanted:
+        assert np.min(np.abs(modes.frequencies / frequency - 1.0)) < 1e-4
+    np.testing.assert_allclose(modes.stiffness, modes.frequencies**2 * dx.turn**2 * 7850 * np.pi * 0.005**2, rtol=1e-12)
+
+
+def test_modes_of_a_beam_on_two_supports() -> None:
+    beam = dx.Equilibrium(FLAT, dx.Hinge(axis=(1, 0, 0)), dx.Roller(along=UP))
+    modes = dx.solve(beam, dx.DiscreteRod(200)).modes(2)
+    np.testing.assert_allclose(modes.stiffness[0], np.pi**4, rtol=2e-4)
+    shape = modes.displacements[0, :, 1]
+    np.testing.assert_allclose(np.abs(shape), np.sqrt(2.0) * np.sin(np.pi * modes.s), atol=2e-3)
+    with pytest.raises(dx.InvalidInput, match="potential"):
+        dx.solve(beam.with_load(dx.EndMoment((0.1, 0, 0))), dx.DiscreteRod(20)).modes()
+    with pytest.raises(dx.InvalidInput, match=r"solution\.modes is there for DiscreteRod"):
+        dx.solve(beam).modes()
+
+
+@pytest.mark.parametrize("supports", [{}, {"start": dx.Hinge(axis=(1, 0, 0)), "end": dx.Roller(along=UP)}])
+def test_a_rod_falls_from_an_unstable_equilibrium(supports: dict[str, object]) -> None:
+    """Down to the elastica that Collocation takes past the bifurcation."""
+    problem = dx.Equilibrium(FLAT, **supports, loads=[dx.EndForce((0, 0, -1.2 * (PI2 if supports else PI2 / 4.0)))])
+    column, fallen = (dx.solve(problem, dx.DiscreteRod(100, descend=descend)) for descend in (False, True))
+    assert column.index == 1
+    assert fallen.stable
+    assert "fell" in fallen.status.message
+    wanted = dx.solve(problem).tip
+    np.testing.assert_allclose(np.abs(fallen.tip), np.abs(wanted), atol=2e-3)
+    assert fallen.energy.total < column.energy.total
