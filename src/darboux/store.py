@@ -113,7 +113,7 @@ def _record(solution: EquilibriumSolution) -> dict[str, Any]:
     record = {
         field.name: getattr(solution, field.name)
         for field in dataclasses.fields(solution)
-        if field.name not in ("problem", "method", "curve")
+        if field.compare and field.name not in ("problem", "method", "curve")
     }
     return {
         name: dataclasses.asdict(value)

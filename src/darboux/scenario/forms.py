@@ -132,7 +132,13 @@ METHODS = (
     _shape("Elastica", rtol=PLAIN),
     Shape(
         "DiscreteRod",
-        {"segments": COUNT, "clamp": (word("half_cell", "two_vertices"), ""), "grading": PLAIN},
+        {
+            "segments": COUNT,
+            "clamp": (word("half_cell", "two_vertices"), ""),
+            "grading": PLAIN,
+            "extrapolate": YES_OR_NO,
+            "descend": YES_OR_NO,
+        },
         also=("discrete",),
     ),
 )
