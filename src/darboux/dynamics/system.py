@@ -21,6 +21,7 @@ from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.statics import coefficients
 from darboux.statics.coefficients import PAIRS, Scale
+from darboux.statics.solve import solve
 
 Array = NDArray[np.float64]
 
@@ -145,8 +146,9 @@ class System:
     def start(self) -> tuple[State, Array]:
         """Return the state and the packed velocities at t = 0."""
         initial = self.motion.initial
-        if initial is None:
-            state = self._unloaded()
+        if isinstance(initial, str):
+            problem = self.motion.problem
+            state = self._unloaded() if initial == "unloaded" else self._settled(solve(problem))
         elif isinstance(initial, EquilibriumSolution):
             state = self._settled(initial)
         else:
