@@ -279,14 +279,14 @@ def test_the_form_of_a_motion(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text(ISSUE + re.sub("{ t = .0, 1.*}", '{ table = "shake.csv", interpolation = "linear" }', MOVED))
     assert scenario.read(tmp_path / "a.toml") == found
     wrong = {
-        ('"equilibrium"', '"equilibrum"'): ["line 28", "motion.initial", "Did you mean 'equilibrium'?"],
-        ('"tr_bdf2"', '"trbdf2"'): ["line 33", "motion.method.name", "Did you mean 'tr_bdf2'?"],
-        ('"linear_drag"', '"drag"'): ["line 38", "motion.damping[0].type", "'kelvin_voigt'"],
-        ('"500 ms", 1]', '"500 ms", 0.2]'): ["line 30", "Table.s", "times"],
-        ('"500 ms", 1]', '"500 ms", 0.9]'): ["line 30", "motion.load_factor", "0 to 0.9 s", "the duration, 1 s"],
-        ("t = [0, 1]", "s = [0, 1]"): ["line 36", "motion.start.position", "s is not known", "takes t"],
-        ("{ start =", "{ strat ="): ["line 31", "motion.release.strat", "'start'"],
-        ('"1 s"', '"-1 s"'): ["line 27", "motion.duration", "positive"],
+        ('"equilibrium"', '"equilibrum"'): ["line 27", "motion.initial", "Did you mean 'equilibrium'?"],
+        ('"tr_bdf2"', '"trbdf2"'): ["line 32", "motion.method.name", "Did you mean 'tr_bdf2'?"],
+        ('"linear_drag"', '"drag"'): ["line 37", "motion.damping[0].type", "'kelvin_voigt'"],
+        ('"500 ms", 1]', '"500 ms", 0.2]'): ["line 29", "Table.s", "times"],
+        ('"500 ms", 1]', '"500 ms", 0.9]'): ["line 29", "motion.load_factor", "0 to 0.9 s", "the duration, 1 s"],
+        ("t = [0, 1]", "s = [0, 1]"): ["line 35", "motion.start.position", "s is not known", "takes t"],
+        ("{ start =", "{ strat ="): ["line 30", "motion.release.strat", "'start'"],
+        ('"1 s"', '"-1 s"'): ["line 26", "motion.duration", "positive"],
     }
     for (old, new), words in wrong.items():
         assert old in MOVED

@@ -16,6 +16,7 @@ from darboux.cli.paper import paper
 from darboux.cli.plot import plot
 from darboux.cli.schema import schema
 from darboux.cli.shell import Command
+from darboux.cli.simulate import simulate
 from darboux.cli.solve import solve
 
 app = typer.Typer(
@@ -28,6 +29,7 @@ app = typer.Typer(
 EXAMPLES: dict[Any, str] = {
     new: "darboux new cantilever",
     solve: "darboux solve cantilever.toml --out cantilever.nc",
+    simulate: "darboux simulate falling.toml --out falling.nc",
     compare: "darboux compare cantilever.toml --methods collocation,shooting,discrete",
     plot: "darboux plot cantilever.nc --what moments --out moments.svg",
     export: "darboux export cantilever.nc --to csv --out cantilever.csv",

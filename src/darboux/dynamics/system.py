@@ -289,7 +289,7 @@ class System:
 
     def _support_velocity(self, at: str, t: float, h: float) -> Array:
         """Return the dimensionless velocity of a support at t, by its own differences."""
-        if getattr(self.motion, at) is None:
+        if getattr(self.motion, at) is None or h == 0.0:
             return np.zeros(3)
         before, after = max(t - 0.01 * h, 0.0), min(t + 0.01 * h, self.motion.duration)
         change = self.motion.position(at, after) - self.motion.position(at, before)
