@@ -209,12 +209,18 @@ def test_motions_that_end_early_or_can_t_be(run: Any, monkeypatch: pytest.Monkey
     from darboux.dynamics.tr_bdf2 import _Adaptive
 
     advance = _Adaptive.advance
-    monkeypatch.setattr(_Adaptive, "advance", lambda self, t: advance(self, t) if t < 0.5 else os.kill(os.getpid(), signal.SIGINT))
-    result = run("simulate", "falling.toml", "--records", "10", "--out", "b.nc")
+
+    def interrupted(self: _Adaptive, t: float) -> bool:
+        if t >= 0.5:
+            os.kill(os.getpid(), signal.SIGINT)
+        return advance(self, t)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(_Adaptive, "advance", interrupted)
+        result = run("simulate", "falling.toml", "--records", "10", "--out", "b.nc")
     sentence(result, 130, "Interrupted.")
     assert "can be continued" in " ".join(result.stdout.split())
     assert dx.open("b.nc").times[-1] == 0.4
-    monkeypatch.undo()
     assert dx.simulate(scenario.read("falling.toml").motion, start_from=dx.open("b.nc")).converged
 
 

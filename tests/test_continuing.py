@@ -30,7 +30,7 @@ RUNS = {
     ),
     "TR-BDF2": (BUSY, dx.TRBDF2(12, rtol=1e-4)),
     "TR-BDF2, equal steps": (BUSY, dx.TRBDF2(12, step=2e-3)),
-    "Verlet": (BUSY, dx.StormerVerlet(12)),
+    "Verlet": (BUSY, dx.StormerVerlet(12, step=5e-4)),
 }
 
 
