@@ -160,7 +160,17 @@ def test_tables_outside_the_folder_need_leave(run: Any, tmp_path: Path) -> None:
 def test_simulating(run: Any) -> None:
     run("new", "falling")
     text = run("simulate", "falling.toml", "--out", "a.nc", "--records", "20").stdout
-    for words in ("status", "followed to its end", "TRBDF2(40", "tip at the end", "energy", "balance", "steps", "time", "■"):
+    for words in (
+        "status",
+        "followed to its end",
+        "TRBDF2(40",
+        "tip at the end",
+        "energy",
+        "balance",
+        "steps",
+        "time",
+        "■",
+    ):
         assert words in text
     assert max(map(len, text.splitlines())) <= 80
     stated = scenario.read("falling.toml")
@@ -175,7 +185,9 @@ def test_simulating(run: Any) -> None:
     found = json.loads(run("info", "a.nc", "--json").stdout)
     assert scenario.parse(found["scenario"]).motion == stated.motion
     assert "tr_bdf2" in run("info").stdout
-    other = json.loads(run("simulate", "falling.toml", "--json", "--method", "implicit_midpoint", "--records", "1").stdout)
+    other = json.loads(
+        run("simulate", "falling.toml", "--json", "--method", "implicit_midpoint", "--records", "1").stdout
+    )
     np.testing.assert_allclose(other["tip"]["r"], numbers["tip"]["r"], atol=2.5e-3)
     assert other["method"] == "ImplicitMidpoint(100)"
 

@@ -119,7 +119,10 @@ def test_what_can_not_be_continued_or_saved_says_so(tmp_path: Path) -> None:
     with pytest.raises(dx.InvalidInput, match=r"motion\.load_factor is a Python function"):
         free.save(tmp_path / "a.nc")
     short = dx.Table([0, 0.01], [0, 1])
-    for change, field in (({"load_factor": short}, "load_factor"), ({"damping": dx.LinearDrag(1, 1, VELOCITY)}, "fluid")):
+    for change, field in (
+        ({"load_factor": short}, "load_factor"),
+        ({"damping": dx.LinearDrag(1, 1, VELOCITY)}, "fluid"),
+    ):
         with pytest.raises(dx.InvalidInput, match=rf"{field} is a table from t = 0 to 0.01 s.*0\.2 s"):
             dataclasses.replace(motion, **change)
     assert not list(tmp_path.iterdir())

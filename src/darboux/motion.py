@@ -196,8 +196,8 @@ class Motion:
             assign(self, initial="unloaded")
         elif not callable(self.initial) and self.initial not in ("unloaded", "equilibrium"):
             raise InvalidInput(
-                f"motion.initial is {checks.shown(self.initial)}; it must be 'unloaded', 'equilibrium', an EquilibriumSolution or a "
-                "function of s."
+                f"motion.initial is {checks.shown(self.initial)}; it must be 'unloaded', 'equilibrium', an EquilibriumSolution or "
+                "a function of s."
             )
         if self.velocity is not None:
             profile.vector("motion.velocity", self.velocity, "m/s")
@@ -249,7 +249,9 @@ class Motion:
         for at in ("start", "end"):
             moving = getattr(self, at)
             functions += [(f"motion.{at}.position", moving.position)] if moving is not None else []
-        functions += [(f"motion.damping[{i}].fluid", getattr(part, "fluid", None)) for i, part in enumerate(self.damping)]
+        functions += [
+            (f"motion.damping[{i}].fluid", getattr(part, "fluid", None)) for i, part in enumerate(self.damping)
+        ]
         return [(field, function) for field, function in functions if isinstance(function, Table)]
 
     def _check_distance(self, times: Array) -> None:

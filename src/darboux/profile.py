@@ -23,7 +23,8 @@ class Table:
     """A quantity given at points along the rod, or at times of a motion, and interpolated between them.
 
     Arguments: ``s`` (n,) ascending arc lengths in m, the first 0 and the last the rod's length, or times in s; ``values`` (n,),
-    (n, 3), (n, 3, 3) or (n, 6, 6) in the quantity's unit; ``interpolation`` "linear" (kinks at the points) or "cubic" (a smooth spline).
+    (n, 3), (n, 3, 3) or (n, 6, 6) in the quantity's unit; ``interpolation`` "linear" (kinks at the points) or "cubic" (a
+    smooth spline).
     Raises ``InvalidInput`` where s does not ascend or the lengths differ.
     """
 
@@ -41,7 +42,9 @@ class Table:
             ) from None
         checks.choice("Table.interpolation", self.interpolation, ("linear", "cubic"))
         if s.ndim != 1 or len(s) < 2 or np.any(np.diff(s) <= 0.0) or not np.all(np.isfinite(s)):
-            raise InvalidInput("Table.s must hold at least two finite arc lengths (or times) in ascending order; sort it first.")
+            raise InvalidInput(
+                "Table.s must hold at least two finite arc lengths (or times) in ascending order; sort it first."
+            )
         if values.shape[:1] != s.shape or values.shape[1:] not in ((), (3,), (3, 3), (6, 6)):
             raise InvalidInput(
                 f"Table.values has the shape {values.shape}; it must hold {len(s)} numbers or {len(s)} x 3, like Table.s, or as "

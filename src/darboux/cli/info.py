@@ -83,7 +83,10 @@ def _of(file: Path, anywhere: bool) -> dict[str, Any]:
 
 
 def _motion(motion: Any, method: Any) -> dict[str, Any]:
-    return {"motion": f"{motion.duration:g} s from {motion.initial}", "method of motion": str(method or "ImplicitMidpoint()")}
+    return {
+        "motion": f"{motion.duration:g} s from {motion.initial}",
+        "method of motion": str(method or "ImplicitMidpoint()"),
+    }
 
 
 def _problem(problem: Any) -> dict[str, Any]:

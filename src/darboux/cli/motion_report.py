@@ -59,7 +59,10 @@ def table(trajectory: Trajectory, title: str, seconds: float) -> Table:
         ("energy at the end", f"{energy.total[-1]:.6g} J ({parts})"),
         ("dissipated, work", f"{energy.dissipated[-1]:.6g} J by damping, {energy.work[-1]:.6g} J done on the rod"),
         ("balance", f"energy kept to {energy.drift:.1e} of its largest change"),
-        ("steps", f"{counts['steps']}, shortened {counts['halvings']} times; {counts['newton_iterations']} Newton iterations"),
+        (
+            "steps",
+            f"{counts['steps']}, shortened {counts['halvings']} times; {counts['newton_iterations']} Newton iterations",
+        ),
         ("time", f"{seconds:.2g} s"),
     ]
     return table_of(rows, title)

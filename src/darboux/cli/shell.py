@@ -93,7 +93,9 @@ def equilibrium(path: Path) -> EquilibriumSolution:
 
     result = store.open(path)
     if not isinstance(result, EquilibriumSolution):
-        raise InvalidInput(f"{path} is a motion, where an equilibrium is wanted; its records are variables of the NetCDF file.")
+        raise InvalidInput(
+            f"{path} is a motion, where an equilibrium is wanted; its records are variables of the NetCDF file."
+        )
     return result
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -22,7 +23,9 @@ def simulate(
     ] = None,
     before: Annotated[
         Path | None,
-        typer.Option("--continue", metavar="RESULT", help="Go on from the last record of a result, to the file's duration."),
+        typer.Option(
+            "--continue", metavar="RESULT", help="Go on from the last record of a result, to the file's duration."
+        ),
     ] = None,
     records: Annotated[
         int | None, typer.Option("--records", metavar="N", help="Equal intervals of time between records; else 200.")
@@ -35,27 +38,35 @@ def simulate(
     import time
 
     began = time.perf_counter()
-    from darboux import files, scenario, store
-    from darboux.cli import motion_report as report
+    from darboux import files, scenario
     from darboux.dynamics.simulate import simulate as simulated
 
     stated = scenario.read(file, anywhere=anywhere)
     if stated.motion is None:
-        raise InvalidInput(f'{file} states no motion; add the table [motion] with duration = "1 s", or use darboux solve.')
+        raise InvalidInput(
+            f'{file} states no motion; add the table [motion] with duration = "1 s", or use darboux solve.'
+        )
     if out is not None:
         files.check(out)
     chosen = scenario.method(method, stated.motion_method, of_motion=True) if method else stated.motion_method
+    reached = None
+    if before is not None:
+        from darboux import store
+
+        reached = store.open(before)
     trajectory = simulated(
         stated.motion,
         chosen,
         records=records,
-        start_from=None if before is None else store.open(before),
+        start_from=reached,
         throw=False,
-        progress=not (quiet or json) and console(err=True).is_terminal,
+        progress=not (quiet or json) and sys.stderr.isatty(),
     )
     if out is not None:
         trajectory.save(out)
     seconds = time.perf_counter() - began
+    if json or not quiet:
+        from darboux.cli import motion_report as report
     if json:
         print_json(report.content(trajectory, seconds))
     elif not quiet:

@@ -99,7 +99,9 @@ def simulate(
                 if bar and task is not None:
                     bar.update(task, completed=float(t), visible=bool(progress) or time.perf_counter() - began > SLOW)
         except KeyboardInterrupt:
-            status = Status("stopped", f"The run was stopped at t = {run.t:.6g} s of {motion.duration:g} s; it can be continued.")
+            status = Status(
+                "stopped", f"The run was stopped at t = {run.t:.6g} s of {motion.duration:g} s; it can be continued."
+            )
     trajectory = recorder.trajectory(method, status, run, drift, time.perf_counter() - began)
     return trajectory.check() if throw else trajectory
 

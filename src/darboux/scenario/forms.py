@@ -149,7 +149,9 @@ DAMPINGS = (
     _shape("MassDamping", "rate", rate=_of(number, "1/s")),
     _shape("KelvinVoigt", bending=SECONDS, twist=SECONDS, stretch=SECONDS),
     _shape("LinearDrag", "along across", along=_of(number, "N s/m^2"), across=_of(number, "N s/m^2"), fluid=FLUID),
-    _shape("QuadraticDrag", "along across", along=_of(number, "N s^2/m^3"), across=_of(number, "N s^2/m^3"), fluid=FLUID),
+    _shape(
+        "QuadraticDrag", "along across", along=_of(number, "N s^2/m^3"), across=_of(number, "N s^2/m^3"), fluid=FLUID
+    ),
 )
 MOVING = _shape("Moving", position=_of(kinds.vector_in_time, "m"))
 MOTION = _shape(
@@ -290,4 +292,6 @@ def motion(problem: Equilibrium, given: dict[str, Any]) -> Any:
     """Return the motion of the problem that the checked table of a file states, or None."""
     if "motion" not in given:
         return None
-    return darboux.Motion(problem, **{field: value for field, value in given["motion"].given.items() if field != "method"})
+    return darboux.Motion(
+        problem, **{field: value for field, value in given["motion"].given.items() if field != "method"}
+    )

@@ -63,9 +63,7 @@ def _motion(motion: Any, method: Any) -> dict[str, Any]:
     for at in ("start", "end"):
         moving = getattr(motion, at)
         table |= {at: _fields(f"motion.{at}", moving, forms.MOVING)} if moving is not None else {}
-    parts = [
-        _written(f"motion.damping[{i}]", part, forms.DAMPINGS, "type") for i, part in enumerate(motion.damping)
-    ]
+    parts = [_written(f"motion.damping[{i}]", part, forms.DAMPINGS, "type") for i, part in enumerate(motion.damping)]
     table |= {"damping": parts} if parts else {}
     return table | ({"method": _written("motion.method", method, forms.MOTION_METHODS, "name")} if method else {})
 
@@ -85,7 +83,11 @@ def _fields(path: str, value: Any, shape: Shape) -> dict[str, Any]:
     table = {}
     for field in dataclasses.fields(value):
         given = getattr(value, field.name)
-        if (shape.description, field.name) == ("Motion", "problem") or given is None or (type(given) is type(field.default) and given == field.default):
+        if (
+            (shape.description, field.name) == ("Motion", "problem")
+            or given is None
+            or (type(given) is type(field.default) and given == field.default)
+        ):
             continue
         if field.name not in shape.fields:
             raise InvalidInput(f"{path}.{field.name} has no form in a scenario file; leave it out.")
