@@ -133,14 +133,16 @@ class Motion:
 
         rhoA r_tt = n' + f,     (J spin d3)_t = m' + r' x n + l
 
-    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads; ``duration`` in s; ``initial`` the
-    shape at the start: "unloaded" (the default: the unloaded rod, laid at its support), "equilibrium" (the problem's own,
-    found when the run begins), an ``EquilibriumSolution`` of the same rod, or a function of s (n,) that returns r (n, 3) in m; ``velocity`` at the start in m/s: None (at rest), (3,), or a function
-    of s that returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
-    ``Moving`` where the support moves; ``load_factor`` a number or a function of t that multiplies all loads; ``damping`` a sequence of
-    ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the time in s from which on an end is
-    free, as in ``release={"end": 0.2}`` (both ends at 0: free flight); ``rotary_inertia`` J per length about the tangent in
-    kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1 + I2) for a section of one material.
+    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads; ``duration`` in s;
+    ``initial`` the shape at the start: "unloaded" (the default: the unloaded rod, laid at its support), "equilibrium"
+    (the problem's own, found when the run begins), an ``EquilibriumSolution`` of the same rod, or a function of s
+    (n,) that returns r (n, 3) in m; ``velocity`` at the start in m/s: None (at rest), (3,), or a function of s that
+    returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
+    ``Moving`` where the support moves; ``load_factor`` a number or a function of t that multiplies all loads;
+    ``damping`` a sequence of ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the
+    time in s from which on an end is free, as in ``release={"end": 0.2}`` (both ends at 0: free flight);
+    ``rotary_inertia`` J per length about the tangent in kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1
+    + I2) for a section of one material.
     A ``Table`` of times serves as a function of t. Raises ``InvalidInput``.
     """
 
