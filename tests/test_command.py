@@ -18,7 +18,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import darboux as dx
-from darboux import scenario
+from darboux import files, scenario
 from darboux.cli import EXAMPLES, app
 from darboux.cli.new import TEMPLATES
 from darboux.view import plots, terminal
@@ -227,8 +227,14 @@ def test_motions_that_end_early_or_can_t_be(run: Any, monkeypatch: pytest.Monkey
             os.kill(os.getpid(), signal.SIGINT)
         return advance(self, t)
 
+    def again(path: Path) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        return replacing(path)
+
+    replacing = files.replacing
     with monkeypatch.context() as patch:
         patch.setattr(_Adaptive, "advance", interrupted)
+        patch.setattr(files, "replacing", again)  # and once more, while it is saved
         result = run("simulate", "falling.toml", "--records", "10", "--out", "b.nc")
     sentence(result, 130, "Interrupted.")
     assert "can be continued" in " ".join(result.stdout.split())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -63,7 +64,13 @@ def simulate(
         progress=not (quiet or json) and sys.stderr.isatty(),
     )
     if out is not None:
-        trajectory.save(out)
+        impatient = signal.signal(
+            signal.SIGINT, signal.SIG_IGN
+        )  # a second Ctrl-C must not lose what the first one kept
+        try:
+            trajectory.save(out)
+        finally:
+            signal.signal(signal.SIGINT, impatient)
     seconds = time.perf_counter() - began
     if json or not quiet:
         from darboux.cli import motion_report as report
