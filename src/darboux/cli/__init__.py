@@ -62,9 +62,8 @@ def darboux(
 ) -> None:
     """Elastic filaments: shapes, forces and stability of thin rods by Kirchhoff's theory.
 
-    A rod is a file: write one by darboux new, change it, darboux solve, or follow its motion by
-    darboux simulate it. Exit status: 0 solved, 1 not
-    converged, 2 bad input.
+    A rod is a file: write one by darboux new, change it, find its equilibrium by darboux solve, follow its motion by
+    darboux simulate. Exit status: 0 solved, 1 not converged, 2 bad input.
     """
 
 

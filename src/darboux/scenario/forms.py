@@ -188,7 +188,7 @@ UNWRITTEN = {
     ("LineForce", "gradient"),  # they belong to Python functions
     ("LineCouple", "gradient"),
     ("Moving", "frame"),  # a table's interpolation of rotations is none
-    ("Motion", "problem"),  # the rest of the file
+    ("Motion", "problem"),  # it is the rest of the file
 }
 IN_TIME = {("Moving", "position"), ("Motion", "load_factor"), ("LinearDrag", "fluid"), ("QuadraticDrag", "fluid")}
 
