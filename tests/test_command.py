@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +18,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import darboux as dx
-from darboux import scenario
+from darboux import files, scenario
 from darboux.cli import EXAMPLES, app
 from darboux.cli.new import TEMPLATES
 from darboux.view import plots, terminal
@@ -46,7 +47,8 @@ def sentence(result: Result, status: int, *words: str) -> None:
 
 @pytest.mark.parametrize("name", TEMPLATES)
 def test_every_template_is_written_and_solved(name: str, run: Any) -> None:
-    assert f"darboux solve {name}.toml" in run("new", name).stdout
+    verb = "simulate" if name == "falling" else "solve"
+    assert f"Next: darboux {verb} {name}.toml" in run("new", name).stdout
     assert Path(f"{name}.toml").read_text().startswith("# ")
     found = run("solve", f"{name}.toml", "--json", "--out", "result.nc")
     assert found.exit_code == 0, found.output
@@ -155,6 +157,91 @@ def test_tables_outside_the_folder_need_leave(run: Any, tmp_path: Path) -> None:
     assert run("solve", "inside/bent.toml", "--anywhere", "-q").exit_code == 0
 
 
+def test_simulating(run: Any) -> None:
+    run("new", "falling")
+    text = run("simulate", "falling.toml", "--out", "a.nc", "--records", "20").stdout
+    for words in (
+        "status",
+        "followed to its end",
+        "TRBDF2(40",
+        "tip at the end",
+        "energy",
+        "balance",
+        "steps",
+        "time",
+        "■",
+    ):
+        assert words in text
+    assert max(map(len, text.splitlines())) <= 80
+    stated = scenario.read("falling.toml")
+    expected = dx.simulate(stated.motion, stated.motion_method, records=20)
+    assert dx.open("a.nc") == expected
+    numbers = json.loads(run("simulate", "falling.toml", "--json", "--records", "20").stdout)
+    assert numbers["tip"]["r"] == expected.tip[-1].tolist()
+    assert (numbers["status"], numbers["t"], numbers["records"]) == ("converged", 1.0, 21)
+    energy = numbers["energy"]
+    assert energy["total"] == energy["kinetic"] + energy["elastic"] + energy["load"]
+    assert energy["total"] + energy["dissipated"] - energy["work"] == pytest.approx(0.0, abs=energy["drift"] * 7e-4)
+    found = json.loads(run("info", "a.nc", "--json").stdout)
+    assert scenario.parse(found["scenario"]).motion == stated.motion
+    assert "tr_bdf2" in run("info").stdout
+    other = json.loads(
+        run("simulate", "falling.toml", "--json", "--method", "implicit_midpoint", "--records", "1").stdout
+    )
+    np.testing.assert_allclose(other["tip"]["r"], numbers["tip"]["r"], atol=2.5e-3)
+    assert other["method"] == "ImplicitMidpoint(100)"
+
+
+def test_a_motion_goes_on_from_its_file(run: Any) -> None:
+    run("new", "falling")
+    text = Path("falling.toml").read_text().replace("rtol = 1e-4", "step = 0.0078125").replace("40", "10")
+    Path("long.toml").write_text(text)
+    Path("short.toml").write_text(text.replace('"1 s"', '"0.5 s"'))
+    assert run("simulate", "short.toml", "--records", "4", "--out", "a.nc", "-q").output == ""
+    assert run("simulate", "long.toml", "--continue", "a.nc", "--out", "a.nc", "-q").exit_code == 0
+    run("simulate", "long.toml", "--records", "8", "--out", "b.nc", "-q")
+    assert dx.open("a.nc") == dx.open("b.nc")
+    sentence(run("simulate", "short.toml", "--continue", "a.nc"), 2, "make it longer")
+    sentence(run("simulate", "falling.toml", "--continue", "a.nc"), 2, "go on with that")
+
+
+def test_motions_that_end_early_or_can_t_be(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    run("new", "cantilever")
+    sentence(run("simulate", "cantilever.toml"), 2, "cantilever.toml states no motion", "[motion]")
+    run("new", "falling")
+    sentence(run("simulate", "falling.toml", "--method", "tr_bdf"), 2, "Did you mean 'tr_bdf2'?")
+    sentence(run("simulate", "falling.toml", "--out", "no/folder/a.nc"), 2, "can't be written")
+    sentence(run("simulate", "falling.toml", "--continue", "none.nc"), 2, "none.nc is no file")
+    text = Path("falling.toml").read_text().replace("rtol = 1e-4", "step = 0.25")
+    Path("coarse.toml").write_text(text[: text.index("[[motion.damping]]")])
+    result = run("simulate", "coarse.toml", "--json", "--out", "a.nc")
+    sentence(result, 1, "NotConverged", "drifts", "smaller steps")
+    assert json.loads(result.stdout)["status"] == "drift"
+    sentence(run("plot", "a.nc"), 2, "a.nc is a motion")
+    from darboux.dynamics.tr_bdf2 import _Adaptive
+
+    advance = _Adaptive.advance
+
+    def interrupted(self: _Adaptive, t: float) -> bool:
+        if t >= 0.5:
+            os.kill(os.getpid(), signal.SIGINT)
+        return advance(self, t)
+
+    def again(path: Path) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        return replacing(path)
+
+    replacing = files.replacing
+    with monkeypatch.context() as patch:
+        patch.setattr(_Adaptive, "advance", interrupted)
+        patch.setattr(files, "replacing", again)  # and once more, while it is saved
+        result = run("simulate", "falling.toml", "--records", "10", "--out", "b.nc")
+    sentence(result, 130, "Interrupted.")
+    assert "can be continued" in " ".join(result.stdout.split())
+    assert dx.open("b.nc").times[-1] == 0.4
+    assert dx.simulate(scenario.read("falling.toml").motion, start_from=dx.open("b.nc")).converged
+
+
 def test_comparing(run: Any) -> None:
     run("new", "cantilever")
     result = run("compare", "cantilever.toml", "--methods", "elastica,collocation", "--out", "curves.svg", "--json")
@@ -250,6 +337,7 @@ def test_every_verb_has_help_with_an_example_that_runs(verb: Any, run: Any) -> N
     assert f"Example: {example}" in text
     if verb.__name__ not in ("new", "paper"):
         run("new", "cantilever")
+        run("new", "falling")
         run("solve", "cantilever.toml", "--out", "cantilever.nc", "-q")
     words = shlex.split(example)
     assert words[0] == "darboux"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import random
+import re
 import subprocess
 import sys
 import time
@@ -81,10 +82,37 @@ PROBLEMS = [
     dx.Equilibrium(ROD, between={0.3: dx.Pinned((0, 0, 0.3)), 0.6: dx.Roller((1, 1, 1))}),
     dx.Ring(ROD, link=2.5, start=dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Gravity()]),
 ]
-ALL = [*(Scenario(problem) for problem in PROBLEMS), *(Scenario(PROBLEMS[0], method) for method in METHODS)]
+DAMPING = [
+    dx.MassDamping(2.0),
+    dx.KelvinVoigt(bending=1e-3, twist=2e-3, stretch=1 / 3),
+    dx.LinearDrag(along=0.1, across=0.2, fluid=(1, 0, 0)),
+    dx.QuadraticDrag(0.1, 0.2, fluid=dx.Table(S, [[1, 0, 0], [1, 0, 0.3], [0, 0, 0]], "linear")),
+]
+MOTION_METHODS = [
+    None,
+    dx.ImplicitMidpoint(50, step=1e-3, tolerance=1e-9),
+    dx.TRBDF2(segments=40, rtol=1e-4),
+    dx.StormerVerlet(30, step=1e-6),
+]
+HUNG = dx.Equilibrium(dx.Rod(1.0, BARE, stretch=True), end=dx.Pinned((0, 0, 1)), loads=[dx.LineForce((1, 0, 0))])
+MOTIONS = [
+    dx.Motion(HUNG, 1 / 3, initial="equilibrium", rotary_inertia=0.1, release={"end": 0.2, "start": 0.0}),
+    dx.Motion(HUNG, 1.0, velocity=VECTORS, spin=dx.Table(S, [1, 2, 3]), load_factor=0.5, damping=DAMPING),
+    dx.Motion(HUNG, 1.0, velocity=(0, 1, 0), spin=7.0, load_factor=dx.Table(S, [0, 1, 2], "linear")),
+    dx.Motion(HUNG, 1.0, start=dx.Moving(dx.Table(S, [[0, 0, 0], [0.01, 0, 0], [0, 0, 0.01]]))),
+    dx.Motion(HUNG, 1.0, end=dx.Moving(dx.Table(S, [[0, 0, 1], [0.01, 0, 0.9], [0, 0, 0.9]]))),
+]
+ALL = [
+    *(Scenario(problem) for problem in PROBLEMS),
+    *(Scenario(PROBLEMS[0], method) for method in METHODS),
+    *(Scenario(HUNG, None, motion) for motion in MOTIONS),
+    *(Scenario(HUNG, METHODS[0], MOTIONS[0], method) for method in MOTION_METHODS),
+]
 
 
-@pytest.mark.parametrize("stated", ALL, ids=lambda x: f"{x.problem.loads}{x.problem.end}{x.method}"[:60])
+@pytest.mark.parametrize(
+    "stated", ALL, ids=lambda x: f"{x.motion_method or x.motion or ''}{x.problem.loads}{x.problem.end}{x.method}"[:60]
+)
 def test_what_is_written_is_read_back_equal(stated: Scenario) -> None:
     assert scenario.parse(stated.toml) == stated
 
@@ -213,6 +241,73 @@ def test_the_familiar_units_are_those_of_pint() -> None:
     for unit, texts in units.FAMILIAR.items():
         for text, factor in texts.items():
             assert registry.Quantity(1.0, text).to(unit).magnitude == pytest.approx(float(factor), rel=1e-15)
+
+
+MOVED = """
+[motion]
+duration = "1 s"
+initial = "equilibrium"
+velocity = ["1 cm/s", 0, 0]
+load_factor = { t = [0, "500 ms", 1], values = [0, 1, 1], interpolation = "linear" }
+release = { start = "0.5 s" }
+[motion.method]
+name = "tr_bdf2"
+segments = 20
+[motion.start]
+position = { t = [0, 1], values = [[0, 0, 0], ["1 cm", 0, 0]], interpolation = "linear" }
+[[motion.damping]]
+type = "linear_drag"
+along = 0.1
+across = "0.2 N s/m^2"
+"""
+
+
+def test_the_form_of_a_motion(tmp_path: Path) -> None:
+    found = scenario.parse(ISSUE + MOVED)
+    motion = dx.Motion(
+        found.problem,
+        1.0,
+        initial="equilibrium",
+        velocity=(0.01, 0, 0),
+        load_factor=dx.Table([0, 0.5, 1], [0, 1, 1], "linear"),
+        release={"start": 0.5},
+        start=dx.Moving(dx.Table([0, 1], [[0, 0, 0], [0.01, 0, 0]], "linear")),
+        damping=[dx.LinearDrag(0.1, 0.2)],
+    )
+    assert found == Scenario(found.problem, dx.Collocation(rtol=1e-8), motion, dx.TRBDF2(20))
+    assert [motion.factor(t) for t in (0.0, 0.25, 0.75)] == [0.0, 0.5, 1.0]
+    np.testing.assert_allclose(motion.position("start", 0.5), (0.005, 0, 0))
+    (tmp_path / "shake.csv").write_text("t,x,y,z\n0,0,0,0\n1,0.01,0,0\n")
+    (tmp_path / "a.toml").write_text(
+        ISSUE + re.sub("{ t = .0, 1.*}", '{ table = "shake.csv", interpolation = "linear" }', MOVED)
+    )
+    assert scenario.read(tmp_path / "a.toml") == found
+    wrong = {
+        ('"equilibrium"', '"equilibrum"'): ["line 27", "motion.initial", "Did you mean 'equilibrium'?"],
+        ('"tr_bdf2"', '"trbdf2"'): ["line 32", "motion.method.name", "Did you mean 'tr_bdf2'?"],
+        ('"linear_drag"', '"drag"'): ["line 37", "motion.damping[0].type", "'kelvin_voigt'"],
+        ('"500 ms", 1]', '"500 ms", 0.2]'): ["line 29", "Table.s", "times"],
+        ('"500 ms", 1]', '"500 ms", 0.9]'): ["line 29", "motion.load_factor", "0 to 0.9 s", "the duration, 1 s"],
+        ("t = [0, 1]", "s = [0, 1]"): ["line 35", "motion.start.position", "s is not known", "takes t"],
+        ("{ start =", "{ strat ="): ["line 30", "motion.release.strat", "'start'"],
+        ('"1 s"', '"-1 s"'): ["line 26", "motion.duration", "positive"],
+    }
+    for (old, new), words in wrong.items():
+        assert old in MOVED
+        with pytest.raises(dx.InvalidInput) as caught:
+            scenario.parse(ISSUE + MOVED.replace(old, new, 1))
+        for word in words:
+            assert word in str(caught.value), f"{word!r} is missing in: {caught.value}"
+
+
+def test_what_a_motion_s_file_can_t_hold() -> None:
+    for motion, field in (
+        (dx.Motion(HUNG, 1.0, load_factor=lambda t: t), "motion.load_factor"),
+        (dx.Motion(HUNG, 1.0, start=dx.Moving(lambda t: (0, 0, 0))), "motion.start.position"),
+        (dx.Motion(HUNG, 1.0, initial=lambda s: np.outer(s, (0, 0, 1))), "motion.initial"),
+    ):
+        with pytest.raises(dx.InvalidInput, match=f"^{field} is .*can't hold"):
+            Scenario(HUNG, None, motion).write("never.toml")
 
 
 MISTAKES = {

@@ -10,6 +10,15 @@ from pathlib import Path
 from darboux.errors import InvalidInput
 
 
+def check(path: Path) -> None:
+    """Raise ``InvalidInput`` where a file can't be written, before much is computed for it."""
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise _refusal(path, error) from None
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Lend a temporary name in the same folder and rename it at the end, so that a kill never leaves half a file.
@@ -22,6 +31,8 @@ def replacing(path: Path) -> Iterator[Path]:
             yield temporary
             temporary.replace(path)
     except OSError as error:
-        raise InvalidInput(
-            f"{path} can't be written ({error.strerror or error}); make room, or choose another place."
-        ) from None
+        raise _refusal(path, error) from None
+
+
+def _refusal(path: Path, error: OSError) -> InvalidInput:
+    return InvalidInput(f"{path} can't be written ({error.strerror or error}); make room, or choose another place.")

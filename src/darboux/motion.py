@@ -12,6 +12,7 @@ from darboux import checks, profile
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
+from darboux.profile import Table
 from darboux.solution import EquilibriumSolution
 
 Array = NDArray[np.float64]
@@ -132,20 +133,22 @@ class Motion:
 
         rhoA r_tt = n' + f,     (J spin d3)_t = m' + r' x n + l
 
-    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads; ``duration`` in s; ``initial`` the
-    shape at the start: None (the unloaded rod, laid at its support), an ``EquilibriumSolution`` of the same rod, or a
-    function of s (n,) that returns r (n, 3) in m; ``velocity`` at the start in m/s: None (at rest), (3,), or a function
-    of s that returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
-    ``Moving`` where the support moves; ``load_factor`` a function of t that multiplies all loads; ``damping`` a sequence of
-    ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the time in s from which on an end is
-    free, as in ``release={"end": 0.2}`` (both ends at 0: free flight); ``rotary_inertia`` J per length about the tangent in
-    kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1 + I2) for a section of one material.
-    Raises ``InvalidInput``.
+    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads; ``duration`` in s;
+    ``initial`` the shape at the start: "unloaded" (the default: the unloaded rod, laid at its support), "equilibrium"
+    (the problem's own, found when the run begins), an ``EquilibriumSolution`` of the same rod, or a function of s
+    (n,) that returns r (n, 3) in m; ``velocity`` at the start in m/s: None (at rest), (3,), or a function of s that
+    returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
+    ``Moving`` where the support moves; ``load_factor`` a number or a function of t that multiplies all loads;
+    ``damping`` a sequence of ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the
+    time in s from which on an end is free, as in ``release={"end": 0.2}`` (both ends at 0: free flight);
+    ``rotary_inertia`` J per length about the tangent in kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1
+    + I2) for a section of one material.
+    A ``Table`` of times serves as a function of t. Raises ``InvalidInput``.
     """
 
     problem: Equilibrium
     duration: float
-    initial: Any = None
+    initial: Any = "unloaded"
     velocity: Any = None
     spin: Any = 0.0
     start: Any = None
@@ -191,9 +194,12 @@ class Motion:
         if isinstance(self.initial, EquilibriumSolution):
             if self.initial.problem.rod != rod:
                 raise InvalidInput("motion.initial is the equilibrium of another rod; solve it for motion.problem.rod.")
-        elif self.initial is not None and not callable(self.initial):
+        elif self.initial is None:
+            assign(self, initial="unloaded")
+        elif not callable(self.initial) and self.initial not in ("unloaded", "equilibrium"):
             raise InvalidInput(
-                f"motion.initial is {checks.shown(self.initial)}; it must be None, an EquilibriumSolution or a function of s."
+                f"motion.initial is {checks.shown(self.initial)}; it must be 'unloaded', 'equilibrium', an EquilibriumSolution or "
+                "a function of s."
             )
         if self.velocity is not None:
             profile.vector("motion.velocity", self.velocity, "m/s")
@@ -228,10 +234,27 @@ class Motion:
                     f"motion.{at} begins at {checks.shown(self.position(at, 0.0))} m, off the support's place or turned against "
                     "it; make both agree at t = 0."
                 )
+        for field, function in self._tables():
+            if function.s[0] > 0.0 or function.s[-1] < self.duration:
+                raise InvalidInput(
+                    f"{field} is a table from t = {function.s[0]:g} to {function.s[-1]:g} s; it must reach from 0 to the duration, "
+                    f"{self.duration:g} s."
+                )
         times = np.linspace(0.0, self.duration, SAMPLES)
         for t in times:
             self.factor(float(t))
         self._check_distance(times)
+
+    def _tables(self) -> list[tuple[str, Table]]:
+        """Return the tables of times."""
+        functions = [("motion.load_factor", self.load_factor)]
+        for at in ("start", "end"):
+            moving = getattr(self, at)
+            functions += [(f"motion.{at}.position", moving.position)] if moving is not None else []
+        functions += [
+            (f"motion.damping[{i}].fluid", getattr(part, "fluid", None)) for i, part in enumerate(self.damping)
+        ]
+        return [(field, function) for field, function in functions if isinstance(function, Table)]
 
     def _check_distance(self, times: Array) -> None:
         problem = self.problem
@@ -267,9 +290,7 @@ class Motion:
         if self.load_factor is None:
             return 1.0
         if not callable(self.load_factor):
-            raise InvalidInput(
-                f"motion.load_factor is {checks.shown(self.load_factor)}; it must be a function of the time t."
-            )
+            return checks.number("motion.load_factor", self.load_factor)
         return float(_at_time("motion.load_factor", self.load_factor, t, checks.number))
 
     def fluid(self, t: float) -> Array:
@@ -284,7 +305,7 @@ class Motion:
     @property
     def steady(self) -> bool:
         """True where neither supports nor loads nor the fluid change in time."""
-        moving = self.start is not None or self.end is not None or self.load_factor is not None
+        moving = self.start is not None or self.end is not None or callable(self.load_factor)
         return not moving and not any(isinstance(part, _Drag) and callable(part.fluid) for part in self.damping)
 
     @property

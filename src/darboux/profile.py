@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,11 @@ Varying = Any  # a number or vector, a Table, or a function of s; checked by `pr
 
 @description
 class Table:
-    """A quantity given at points along the rod and interpolated between them.
+    """A quantity given at points along the rod, or at times of a motion, and interpolated between them.
 
-    Arguments: ``s`` (n,) ascending arc lengths in m, the first 0 and the last the rod's length; ``values`` (n,), (n, 3),
-    (n, 3, 3) or (n, 6, 6) in the quantity's unit; ``interpolation`` "linear" (kinks at the points) or "cubic" (a smooth spline).
+    Arguments: ``s`` (n,) ascending arc lengths in m, the first 0 and the last the rod's length, or times in s; ``values`` (n,),
+    (n, 3), (n, 3, 3) or (n, 6, 6) in the quantity's unit; ``interpolation`` "linear" (kinks at the points) or "cubic" (a
+    smooth spline).
     Raises ``InvalidInput`` where s does not ascend or the lengths differ.
     """
 
@@ -40,7 +42,9 @@ class Table:
             ) from None
         checks.choice("Table.interpolation", self.interpolation, ("linear", "cubic"))
         if s.ndim != 1 or len(s) < 2 or np.any(np.diff(s) <= 0.0) or not np.all(np.isfinite(s)):
-            raise InvalidInput("Table.s must hold at least two finite arc lengths in ascending order; sort it first.")
+            raise InvalidInput(
+                "Table.s must hold at least two finite arc lengths (or times) in ascending order; sort it first."
+            )
         if values.shape[:1] != s.shape or values.shape[1:] not in ((), (3,), (3, 3), (6, 6)):
             raise InvalidInput(
                 f"Table.values has the shape {values.shape}; it must hold {len(s)} numbers or {len(s)} x 3, like Table.s, or as "
@@ -55,11 +59,15 @@ class Table:
 
     def __call__(self, s: Array) -> Array:
         """Return the interpolated values at s: (m,), (m, 3), ...."""
+        return np.asarray(self._spline(s))
+
+    @cached_property
+    def _spline(self) -> Any:
         from scipy.interpolate import CubicSpline, make_interp_spline
 
         if self.interpolation == "cubic":
-            return np.asarray(CubicSpline(self.s, self.values)(s))
-        return np.asarray(make_interp_spline(self.s, self.values, k=1)(s))
+            return CubicSpline(self.s, self.values)
+        return make_interp_spline(self.s, self.values, k=1)
 
 
 class Profile:

@@ -1,4 +1,4 @@
-"""Solutions as NetCDF files that describe themselves: the nodes' states, the scenario, and how it was solved.
+"""Solutions and trajectories as NetCDF files that describe themselves: the states, the scenario, and how it was solved.
 
 The states are stored as they are, without rounding, so that what is read equals what was saved.
 `EquilibriumSolution.to_dataset` is for people's plots and holds derived quantities; this is for coming back.
@@ -19,6 +19,7 @@ from darboux import __version__, files, scenario
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
+from darboux.trajectory import MotionEnergy, Trajectory
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FORMAT = 1  # raised when a reader of the old form could no longer read the new one; older forms stay readable
-KIND = "darboux equilibrium"
+EQUILIBRIUM, MOTION = "darboux equilibrium", "darboux motion"  # kinds of results
 # Name, columns of the 13 states, dimension, unit and what it is.
 STATES = (
     ("r", slice(0, 3), "axis", "m", "centreline, fixed frame"),
@@ -34,23 +35,45 @@ STATES = (
     ("n", slice(7, 10), "axis", "N", "inner force, fixed frame"),
     ("m", slice(10, 13), "axis", "N m", "inner moment, fixed frame"),
 )
-ARRAYS = ("s", *(name for name, *_ in STATES), *(f"d{name}_ds" for name, *_ in STATES))
-TEXTS = {"scenario": "the problem and the method, a scenario file", "record": "how the solve ended, as JSON"}
 RATE = {"m": "1", "1": "1/m", "N": "N/m", "N m": "N"}
+# Name, dimensions, unit and what it is, of the arrays of a trajectory and of its energies.
+RECORDS = (
+    ("positions", ("time", "vertex", "axis"), "m", "the vertices, fixed frame"),
+    ("velocities", ("time", "vertex", "axis"), "m/s", "velocities of the vertices"),
+    ("directors", ("time", "edge", "axis"), "1", "first directors d1 of the edges between the vertices"),
+    ("spins", ("time", "edge"), "rad/s", "spins of the edges about their tangents"),
+    ("momentum", ("time", "axis"), "kg m/s", "momentum"),
+    ("angular_momentum", ("time", "axis"), "kg m^2/s", "angular momentum about the origin"),
+    ("checkpoint", ("number",), "1", "what the run goes on with, dimensionless"),
+)
+ENERGIES = {
+    "kinetic": "kinetic energy",
+    "bending": "energy of bending",
+    "twist": "energy of twist",
+    "stretch": "energy of stretch",
+    "load": "potential of the loads",
+    "dissipated": "energy dissipated by damping",
+    "work": "work of moving supports and of loads that change",
+}
+ARRAYS = {
+    EQUILIBRIUM: ("s", *(name for name, *_ in STATES), *(f"d{name}_ds" for name, *_ in STATES)),
+    MOTION: ("time", "s", *(name for name, *_ in RECORDS), *ENERGIES),
+}
+TEXTS = {"scenario": "the problem and the method, a scenario file", "record": "how the solve ended, as JSON"}
 
 
-def save(solution: EquilibriumSolution, path: str | Path) -> None:
-    """Write a solution to a NetCDF file (HDF5), whole or not at all; ``darboux.open`` reads it back equal.
+def save(result: EquilibriumSolution | Trajectory, path: str | Path) -> None:
+    """Write a result to a NetCDF file (HDF5), whole or not at all; ``darboux.open`` reads it back equal.
 
     Raises ``InvalidInput`` where the problem holds a Python function or the file can't be written.
     """
-    data = dataset(solution)
+    data = dataset(result)
     with files.replacing(Path(path)) as temporary:
         data.to_netcdf(temporary, engine="h5netcdf")
 
 
-def open(path: str | Path) -> EquilibriumSolution:  # noqa: A001  # darboux.open
-    """Return the solution that a file holds, equal to the one saved, with its problem and its method.
+def open(path: str | Path) -> Any:  # noqa: A001  # darboux.open
+    """Return the solution or trajectory that a file holds, equal to the one saved, with its problem and its method.
 
     Raises ``InvalidInput`` for a file that is damaged, foreign, or written by a later form of darboux.
     """
@@ -62,7 +85,8 @@ def open(path: str | Path) -> EquilibriumSolution:  # noqa: A001  # darboux.open
     foreign = f"{file} is damaged, or no result of darboux; solve its scenario again, with --out {file.name}"
     try:
         with h5py.File(file, "r") as data:
-            if data.attrs.get("kind") != KIND:
+            kind = data.attrs.get("kind")
+            if kind not in ARRAYS:
                 raise InvalidInput(f"{foreign}.")
             form, version = int(np.ravel(data.attrs["format"])[0]), data.attrs["darboux"]
             if form > FORMAT:
@@ -70,21 +94,23 @@ def open(path: str | Path) -> EquilibriumSolution:  # noqa: A001  # darboux.open
                     f"{file} was written by darboux {version} in form {form}; this is darboux {__version__}, which reads forms "
                     f"up to {FORMAT}. Update darboux."
                 )
-            arrays = {name: np.asarray(data[name], dtype=float) for name in ARRAYS}
+            arrays = {name: np.asarray(data[name], dtype=float) for name in ARRAYS[kind]}
             texts = {name: data[name].asstr()[()] for name in TEXTS}
-            if _digest(arrays, texts) != data.attrs["digest"]:
+            if _digest(kind, arrays, texts) != data.attrs["digest"]:
                 raise InvalidInput(f"{foreign} (its check sum differs).")
-        return _solution(arrays, texts)
+        return (_solution if kind == EQUILIBRIUM else _trajectory)(arrays, texts)
     except InvalidInput as error:
         raise InvalidInput(str(error) if str(file) in str(error) else f"{foreign} ({error})") from None
     except Exception as error:  # noqa: BLE001  # whatever a damaged file makes of the reader
         raise InvalidInput(f"{foreign} ({type(error).__name__}).") from None
 
 
-def dataset(solution: EquilibriumSolution) -> Dataset:
-    """Return the solution as an xarray ``Dataset`` that holds all of it: the states at the nodes, the scenario, the record."""
-    import xarray
+def dataset(result: EquilibriumSolution | Trajectory) -> Dataset:
+    """Return a result as an xarray ``Dataset`` that holds all of it: the states, the scenario, the record."""
+    return _of_motion(result) if isinstance(result, Trajectory) else _of_equilibrium(result)
 
+
+def _of_equilibrium(solution: EquilibriumSolution) -> Dataset:
     arrays = {"s": solution.curve.s}
     variables: dict[str, Any] = {}
     for name, columns, dimension, unit, words in STATES:
@@ -92,29 +118,57 @@ def dataset(solution: EquilibriumSolution) -> Dataset:
         variables[name] = (("node", dimension), arrays[name], {"units": unit, "long_name": words})
         rate = {"units": RATE[unit], "long_name": f"derivative of {name} by s"}
         variables[f"d{name}_ds"] = (("node", dimension), arrays[f"d{name}_ds"], rate)
-    texts = {
-        "scenario": scenario.Scenario(solution.problem, solution.method).toml,
-        "record": json.dumps(_record(solution)),
-    }
-    for name, words in TEXTS.items():
-        variables[name] = ((), texts[name], {"long_name": words})
     s = (
         "node",
         arrays["s"],
         {"units": "m", "long_name": "arc length of the undeformed rod; twice where a derivative jumps"},
     )
-    data = xarray.Dataset(variables, {"s": s, "axis": ["x", "y", "z"], "quaternion": list("wxyz")})
-    data.attrs = {"kind": KIND, "format": FORMAT, "darboux": __version__, "digest": _digest(arrays, texts)}
-    return data
+    coordinates = {"s": s, "axis": ["x", "y", "z"], "quaternion": list("wxyz")}
+    names = [f.name for f in dataclasses.fields(solution) if f.compare and f.name not in ("problem", "method", "curve")]
+    stated = scenario.Scenario(solution.problem, solution.method)
+    return _whole(EQUILIBRIUM, variables, coordinates, arrays, stated, _record(solution, names))
 
 
-def _record(solution: EquilibriumSolution) -> dict[str, Any]:
-    """Return all fields but the problem, the method and the curve, as JSON can hold them."""
-    record = {
-        field.name: getattr(solution, field.name)
-        for field in dataclasses.fields(solution)
-        if field.compare and field.name not in ("problem", "method", "curve")
+def _of_motion(trajectory: Trajectory) -> Dataset:
+    arrays = {"time": trajectory.times, "s": trajectory.s}
+    variables: dict[str, Any] = {}
+    for name, dimensions, unit, words in RECORDS:
+        arrays[name] = getattr(trajectory, name)
+        variables[name] = (dimensions, arrays[name], {"units": unit, "long_name": words})
+    for name, words in ENERGIES.items():
+        arrays[name] = getattr(trajectory.energy, name)
+        variables[name] = (("time",), arrays[name], {"units": "J", "long_name": words})
+    coordinates = {
+        "time": ("time", arrays["time"], {"long_name": "time in s"}),  # xarray takes a unit "s" for a calendar's
+        "s": ("vertex", arrays["s"], {"units": "m", "long_name": "arc length of the undeformed rod"}),
+        "axis": ["x", "y", "z"],
     }
+    motion = trajectory.motion
+    stated = scenario.Scenario(motion.problem, None, motion, trajectory.method)
+    return _whole(MOTION, variables, coordinates, arrays, stated, _record(trajectory, ["status", "statistics"]))
+
+
+def _whole(
+    kind: str,
+    variables: dict[str, Any],
+    coordinates: dict[str, Any],
+    arrays: dict[str, Array],
+    stated: scenario.Scenario,
+    record: dict[str, Any],
+) -> Dataset:
+    """Return the dataset with its texts and its check sum."""
+    import xarray
+
+    texts = {"scenario": stated.toml, "record": json.dumps(record)}
+    variables |= {name: ((), texts[name], {"long_name": words}) for name, words in TEXTS.items()}
+    digest = _digest(kind, arrays, texts)
+    attributes = {"kind": kind, "format": FORMAT, "darboux": __version__, "digest": digest}
+    return xarray.Dataset(variables, coordinates, attributes)
+
+
+def _record(result: Any, names: list[str]) -> dict[str, Any]:
+    """Return these fields as JSON can hold them."""
+    record = {name: getattr(result, name) for name in names}
     return {
         name: dataclasses.asdict(value)
         if dataclasses.is_dataclass(value) and not isinstance(value, type)
@@ -147,10 +201,26 @@ def _solution(arrays: dict[str, Array], texts: dict[str, str]) -> EquilibriumSol
     return EquilibriumSolution(stated.problem, stated.method, curve=Curve(arrays["s"], y, dy), **record)
 
 
-def _digest(arrays: dict[str, Array], texts: dict[str, str]) -> str:
+def _trajectory(arrays: dict[str, Array], texts: dict[str, str]) -> Trajectory:
+    stated = scenario.parse(texts["scenario"])
+    record = json.loads(texts["record"])
+    parts = {name: arrays[name] for name, *_ in RECORDS}
+    return Trajectory(
+        stated.motion,
+        stated.motion_method,
+        Status(**record["status"]),
+        s=arrays["s"],
+        times=arrays["time"],
+        energy=MotionEnergy(**{name: arrays[name] for name in ENERGIES}),
+        statistics=record["statistics"],
+        **parts,
+    )
+
+
+def _digest(kind: str, arrays: dict[str, Array], texts: dict[str, str]) -> str:
     """Return a check sum of all that is stored."""
     digest = hashlib.sha256()
-    for name in ARRAYS:
+    for name in ARRAYS[kind]:
         digest.update(np.ascontiguousarray(arrays[name], dtype="<f8").tobytes())
     for name in TEXTS:
         digest.update(texts[name].encode())

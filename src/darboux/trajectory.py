@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
@@ -78,7 +78,8 @@ class Trajectory:
 
     ``times`` (n,) in s; vertices' arc lengths ``s``, ``positions`` (n, N + 1, 3) in m and ``velocities`` in m/s; edges' first
     ``directors`` (n, N, 3) and ``spins`` (n, N) in rad/s; ``energy``; ``momentum`` in kg m/s and ``angular_momentum`` about the
-    origin in kg m^2/s, (n, 3). ``status`` says how the run ended; ``statistics`` counts.
+    origin in kg m^2/s, (n, 3). ``checkpoint`` is what ``simulate(start_from=...)`` goes on with, dimensionless. ``status`` says
+    how the run ended; ``statistics`` counts. Two trajectories are equal where all but the time they took is.
 
     Code of the status: "converged"; "drift" where the balance of energy drifts by more than the tolerance;
     "no_convergence", with what was reached; "stopped" where the user stopped it.
@@ -96,6 +97,7 @@ class Trajectory:
     energy: MotionEnergy
     momentum: Array
     angular_momentum: Array
+    checkpoint: Array
     statistics: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -108,6 +110,24 @@ class Trajectory:
         if self.status.code == "no_convergence":
             raise NotConverged(self.status.message, self)
         return self
+
+    def save(self, path: Any) -> None:
+        """Write the trajectory with its motion to a NetCDF file; ``darboux.open`` gives it back, equal.
+
+        Raises ``InvalidInput`` where the motion holds a Python function or the file can't be written.
+        """
+        from darboux import store
+
+        store.save(self, path)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether all is the same, to the last digit, but for the time that it took."""
+        if not isinstance(other, Trajectory):
+            return NotImplemented
+        return all(_same(getattr(self, part.name), getattr(other, part.name)) for part in fields(self))
+
+    def __hash__(self) -> int:
+        return hash((self.motion, self.method, self.status))
 
     @property
     def tip(self) -> Array:
@@ -178,3 +198,13 @@ class Trajectory:
                 f"balance       kept to {energy.drift:.1e}",
             ]
         )
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray):
+        return np.array_equal(one, other)
+    if isinstance(one, MotionEnergy):
+        return all(_same(getattr(one, part.name), getattr(other, part.name)) for part in fields(one))
+    if isinstance(one, dict):
+        return {**one, "seconds": None} == {**other, "seconds": None}
+    return bool(one == other)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -48,7 +49,7 @@ def warmup(quiet: Quiet = False) -> None:
 
     began = time.perf_counter()
     for _ in track(
-        _solves(), "compiling", total=len(_methods()), console=console(err=True), disable=quiet, transient=True
+        _solves(), "compiling", total=len(_methods()) + 3, console=console(err=True), disable=quiet, transient=True
     ):
         pass
     if not quiet:
@@ -137,3 +138,7 @@ def _solves() -> Iterator[None]:
     for method in _methods():
         yield None
         dx.solve(_problem(), method, throw=False)
+    problem = dataclasses.replace(_problem(), rod=dataclasses.replace(_problem().rod, stretch=True))
+    for method in (dx.ImplicitMidpoint(4), dx.TRBDF2(4), dx.StormerVerlet(4)):
+        yield None
+        dx.simulate(dx.Motion(problem, 1e-3), method, records=1, throw=False)

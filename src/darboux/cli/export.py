@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import Quiet, ResultFile
+from darboux.cli.shell import Quiet, ResultFile, equilibrium
 from darboux.errors import InvalidInput
 
 FORMS = ("csv",)
@@ -34,12 +34,12 @@ def export(
     """Write a result for other programs: position, directors, curvature, force and moment along the rod, in SI."""
     import numpy as np
 
-    from darboux import checks, files, store
+    from darboux import checks, files
 
     checks.choice("--to", to, FORMS)
     if not 2 <= samples <= MOST_SAMPLES:
         raise InvalidInput(f"--samples is {samples}; it must lie between 2 and {MOST_SAMPLES}.")
-    solution = store.open(result)
+    solution = equilibrium(result)
     s = np.linspace(0.0, solution.problem.rod.length, samples)
     directors = solution.R(s).transpose(0, 2, 1).reshape(samples, 9)
     data = np.column_stack([s, solution.r(s), directors, solution.k(s), solution.n(s), solution.m(s)])

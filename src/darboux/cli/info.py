@@ -36,6 +36,8 @@ def _library() -> dict[str, Any]:
     return {
         "darboux": __version__,
         "methods": [shape.name for shape in forms.METHODS],
+        "methods of motion": [shape.name for shape in forms.MOTION_METHODS],
+        "dampings": [shape.name for shape in forms.DAMPINGS],
         "supports": [shape.name for shape in forms.SUPPORTS],
         "loads": [shape.name for shape in forms.LOADS],
         "sections": [shape.name for shape in forms.SECTIONS],
@@ -49,11 +51,27 @@ def _library() -> dict[str, Any]:
 
 def _of(file: Path, anywhere: bool) -> dict[str, Any]:
     from darboux import scenario, store
+    from darboux.trajectory import Trajectory
 
     if file.suffix.lower() == ".toml":
         stated = scenario.read(file, anywhere=anywhere)
-        return {"kind": "scenario", **_problem(stated.problem), "method": str(stated.method or "the solver of record")}
+        return {
+            "kind": "scenario",
+            **_problem(stated.problem),
+            "method": str(stated.method or "the solver of record"),
+            **(_motion(stated.motion, stated.motion_method) if stated.motion else {}),
+        }
     solution = store.open(file)
+    if isinstance(solution, Trajectory):
+        motion = solution.motion
+        return {
+            "kind": "result",
+            "status": solution.status.message,
+            **_problem(motion.problem),
+            **_motion(motion, solution.method),
+            "records": f"{len(solution.times)} to t = {solution.times[-1]:g} s",
+            "scenario": "\n" + scenario.Scenario(motion.problem, None, motion, solution.method).toml,
+        }
     return {
         "kind": "result",
         "status": solution.status.message,
@@ -61,6 +79,13 @@ def _of(file: Path, anywhere: bool) -> dict[str, Any]:
         "method": str(solution.method or "the solver of record"),
         "nodes": len(solution.s),
         "scenario": "\n" + scenario.Scenario(solution.problem, solution.method).toml,
+    }
+
+
+def _motion(motion: Any, method: Any) -> dict[str, Any]:
+    return {
+        "motion": f"{motion.duration:g} s from {motion.initial}",
+        "method of motion": str(method or "ImplicitMidpoint()"),
     }
 
 

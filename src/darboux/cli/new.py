@@ -16,6 +16,7 @@ TEMPLATES = {
     "clamped-clamped": "a strip held at both ends, pushed together and twisted",
     "hanging-cable": "a steel rope that sags between two masts",
     "spinning": "a filament that turns with its clamp",
+    "falling": "a rubber filament let go from the horizontal, in syrup: a motion",
     "ring": "a wire closed to a ring after two turns of twist",
 }
 
@@ -46,4 +47,5 @@ def new(
     with files.replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     if not quiet:
-        typer.echo(f"Written to {path}: {TEMPLATES[template]}. Next: darboux solve {path}")
+        verb = "simulate" if "\n[motion]" in text else "solve"
+        typer.echo(f"Written to {path}: {TEMPLATES[template]}. Next: darboux {verb} {path}")

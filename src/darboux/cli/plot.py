@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from darboux.cli.shell import Quiet, ResultFile
+from darboux.cli.shell import Quiet, ResultFile, equilibrium
 from darboux.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -27,11 +27,10 @@ def plot(
     quiet: Quiet = False,
 ) -> None:
     """Draw a result: its shape in space, or moments, curvature, energy, stress along the rod."""
-    from darboux import store
     from darboux.view import plots
 
     path = figure_file(out, Path(f"{result.stem}-{what}.png"))
-    write_figure(plots.draw(store.open(result), what), path)
+    write_figure(plots.draw(equilibrium(result), what), path)
     if not quiet:
         typer.echo(f"Drawn in {path}")
 

@@ -57,18 +57,14 @@ def content(solution: EquilibriumSolution, seconds: float) -> dict[str, Any]:
 
 def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
     """Return the table that an engineer wants; it fits a screen of 80 columns."""
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
     place, largest = _largest_moment(solution)
     force = float(np.max(np.abs(solution.n(solution.s))))
     rows = [
         ("status", solution.status.message),
         *(("warning", sentence) for sentence in solution.warnings),
         ("method", f"{solution.method}, {solution.model}"),
-        ("tip", f"{_vector(solution.tip, solution.problem.rod.length)} m"),
-        ("tip's tangent", _vector(_tangent(solution), 1.0)),
+        ("tip", f"{vector_text(solution.tip, solution.problem.rod.length)} m"),
+        ("tip's tangent", vector_text(_tangent(solution), 1.0)),
         (
             "error of the tip",
             "not estimated" if solution.error.tip is None else f"{solution.error.tip:.1e} m (estimated)",
@@ -82,8 +78,8 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
     reactions[1:1] = [(f"{s:g} m", reaction) for s, reaction in solution.reactions.between.items()]
     for where, reaction in reactions:
         rows += [
-            (f"force at {where}", f"{_vector(reaction.force, force)} N"),
-            (f"moment at {where}", f"{_vector(reaction.moment, largest)} N m"),
+            (f"force at {where}", f"{vector_text(reaction.force, force)} N"),
+            (f"moment at {where}", f"{vector_text(reaction.moment, largest)} N m"),
         ]
     energy = solution.energy
     stable = {None: "not counted", True: "stable", False: f"unstable in {solution.index} direction(s)"}
@@ -95,6 +91,15 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
         ("stability", stable[solution.stable]),
         ("time", f"{seconds:.2g} s"),
     ]
+    return table_of(rows, title)
+
+
+def table_of(rows: list[tuple[str, str]], title: str) -> Table:
+    """Return a table of names and what there is to say of them."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
     result = Table(
         title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_header=False
     )
@@ -138,5 +143,6 @@ def _tangent(solution: EquilibriumSolution) -> Any:
     return tangent / np.linalg.norm(tangent)
 
 
-def _vector(values: Any, scale: float) -> str:
+def vector_text(values: Any, scale: float) -> str:
+    """Return three numbers as text; what is nothing beside ``scale`` is zero."""
     return "(" + ", ".join(f"{0.0 if abs(value) <= NOTHING * scale else value:.6g}" for value in values) + ")"

@@ -16,6 +16,8 @@ from darboux.errors import InvalidInput, NotConverged
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from darboux.solution import EquilibriumSolution
+
 NOT_CONVERGED, BAD_INPUT, OWN_FAULT, INTERRUPTED = 1, 2, 70, 130
 UsageError: Any = typer.BadParameter.__base__
 
@@ -82,6 +84,19 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if abs(value) < float("inf") else None
     return value
+
+
+def equilibrium(path: Path) -> EquilibriumSolution:
+    """Return the equilibrium that a result holds."""
+    from darboux import store
+    from darboux.solution import EquilibriumSolution
+
+    result = store.open(path)
+    if not isinstance(result, EquilibriumSolution):
+        raise InvalidInput(
+            f"{path} is a motion, where an equilibrium is wanted; its records are variables of the NetCDF file."
+        )
+    return result
 
 
 def console(err: bool = False) -> Console:

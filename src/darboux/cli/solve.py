@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,7 +30,6 @@ def solve(
 
     began = time.perf_counter()
     from darboux import scenario
-    from darboux.cli import report
 
     stated = scenario.read(file, anywhere=anywhere)
     solver = scenario.method(method, stated.method) if method else stated.method
@@ -42,6 +42,8 @@ def solve(
 
         store.save(solution, out)
     seconds = time.perf_counter() - began
+    if json or not quiet:
+        from darboux.cli import report
     if json:
         print_json(report.content(solution, seconds))
     elif not quiet:
@@ -58,5 +60,6 @@ def waiting(words: str, silent: bool) -> Any:
     """Return a spinner on standard error, where a person looks on."""
     import contextlib
 
-    screen = console(err=True)
-    return contextlib.nullcontext() if silent or not screen.is_terminal else screen.status(words)
+    if silent or not sys.stderr.isatty():
+        return contextlib.nullcontext()
+    return console(err=True).status(words)

@@ -52,6 +52,8 @@ class ImplicitMidpoint:
 
 
 class _Steps(Run):
+    numbers = (*Run.numbers, "step", "halved")
+
     def __init__(self, system: System, step: float, tolerance: float) -> None:
         super().__init__(system)
         self.step, self.tolerance = step, tolerance

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 class Run:
     """Where a motion is: ``t`` in s, the dimensionless state, velocities, accelerations and tally of energy."""
 
+    numbers: tuple[str, ...] = ("t", "steps", "iterations", "halvings")  # those that a run goes on with
+
     def __init__(self, system: System) -> None:
         self.system, self.body = system, system.body
         self.t = 0.0
@@ -53,13 +55,28 @@ class Run:
         rod_motion.measures(self.state, self.V, self.body, self.system.motion.factor(self.t), result)
         return np.concatenate([result, self.tally])
 
+    def parts(self) -> tuple[Array, ...]:
+        """Return all arrays that a step changes and the next one reads."""
+        space = self.system.space
+        return (*self.state, self.V, self.A, self.tally, self.body.rod.T, space.expected, space.reaction, space.power)
+
     def kept(self) -> tuple[Array, ...]:
-        """Return copies of all that a step changes."""
-        parts = (*self.state, self.V, self.A, self.tally, self.body.rod.T, self.system.space.expected)
-        return tuple(part.copy() for part in parts)
+        """Return copies of them."""
+        return tuple(part.copy() for part in self.parts())
 
     def put_back(self, kept: tuple[Array, ...]) -> None:
         """Undo steps since `kept`."""
-        parts = (*self.state, self.V, self.A, self.tally, self.body.rod.T, self.system.space.expected)
-        for part, before in zip(parts, kept, strict=True):
+        for part, before in zip(self.parts(), kept, strict=True):
             part[:] = before
+
+    def checkpoint(self) -> Array:
+        """Return all that the run goes on with, in one array, from which `resume` goes on bit for bit."""
+        return np.concatenate([[getattr(self, name) for name in self.numbers], *self.parts()])
+
+    def resume(self, checkpoint: Array) -> None:
+        """Go to where a run with the same rod, supports and method was."""
+        for name, value in zip(self.numbers, checkpoint, strict=False):
+            setattr(self, name, type(getattr(self, name))(value))
+        self.body = self.system.body = self.system.body_at(self.t)
+        sizes = [part.size for part in self.parts()]
+        self.put_back(tuple(np.split(checkpoint[len(self.numbers) :], np.cumsum(sizes)[:-1])))

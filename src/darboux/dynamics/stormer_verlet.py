@@ -53,6 +53,8 @@ class StormerVerlet:
 
 
 class _Explicit(Run):
+    numbers = (*Run.numbers, "step")
+
     def __init__(self, system: System, step: float | None) -> None:
         super().__init__(system)
         stable = 2.0 / largest_frequency(system, self.state) * system.units.time

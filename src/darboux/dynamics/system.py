@@ -21,6 +21,7 @@ from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.statics import coefficients
 from darboux.statics.coefficients import PAIRS, Scale
+from darboux.statics.solve import solve
 
 Array = NDArray[np.float64]
 
@@ -145,8 +146,9 @@ class System:
     def start(self) -> tuple[State, Array]:
         """Return the state and the packed velocities at t = 0."""
         initial = self.motion.initial
-        if initial is None:
-            state = self._unloaded()
+        if isinstance(initial, str):
+            problem = self.motion.problem
+            state = self._unloaded() if initial == "unloaded" else self._settled(solve(problem))
         elif isinstance(initial, EquilibriumSolution):
             state = self._settled(initial)
         else:
@@ -287,7 +289,7 @@ class System:
 
     def _support_velocity(self, at: str, t: float, h: float) -> Array:
         """Return the dimensionless velocity of a support at t, by its own differences."""
-        if getattr(self.motion, at) is None:
+        if getattr(self.motion, at) is None or h == 0.0:
             return np.zeros(3)
         before, after = max(t - 0.01 * h, 0.0), min(t + 0.01 * h, self.motion.duration)
         change = self.motion.position(at, after) - self.motion.position(at, before)

@@ -65,13 +65,15 @@ class TRBDF2:
 
 
 class _Adaptive(Run):
+    numbers = (*Run.numbers, "h")
+
     def __init__(self, system: System, rtol: float, step: float | None) -> None:
         super().__init__(system)
         self.rtol, self.constant = rtol, step
         self.tolerance = NEWTON * rtol if step is None else 1e-10
         self.h = step or FIRST * system.motion.duration
         self.middle, self.error = new_state(system.segments), np.empty_like(self.V)
-        self.new_power = np.zeros(3)
+        self.power, self.new_power = np.zeros(3), np.zeros(3)
         self._steady: Array | None = None
         self._tried = self.h
         self._start()
@@ -80,7 +82,10 @@ class _Adaptive(Run):
         """Find the accelerations and powers from which the next step starts."""
         row = self.system.drive([self.t], self.h)[0]
         rod_motion.accelerations(self.state, self.V, self.body, row, self.system.space, self.A)
-        self.power = np.array([*self.system.space.power, 0.0])
+        self.power[:2], self.power[2] = self.system.space.power, 0.0
+
+    def parts(self) -> tuple[Array, ...]:
+        return (*super().parts(), self.power)
 
     def release(self) -> None:
         super().release()

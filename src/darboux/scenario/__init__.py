@@ -18,17 +18,23 @@ TOO_DEEP = re.compile(r"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \
 
 @description
 class Scenario:
-    """What a scenario file holds: ``problem``, and ``method`` where the file names one (else None: the solver of record)."""
+    """What a scenario file holds.
+
+    ``problem``, and ``method`` where the file names one (else None: the solver of record); ``motion`` of that problem and
+    ``motion_method`` where it states them.
+    """
 
     problem: Equilibrium
     method: Any = None
+    motion: Any = None
+    motion_method: Any = None
 
     @property
     def toml(self) -> str:
         """The text of its file. Raises ``InvalidInput`` where a part is a Python function."""
         from darboux.scenario import writing
 
-        return writing.toml(self.problem, self.method)
+        return writing.toml(self.problem, self.method, self.motion, self.motion_method)
 
     def write(self, path: str | Path) -> None:
         """Write the file. Raises ``InvalidInput`` where a part is a Python function or the file can't be written."""
@@ -91,18 +97,20 @@ def parse(text: str, *, folder: Path | None = None, anywhere: bool = False) -> S
         raise InvalidInput(f"it is not TOML: {error}.") from None
     try:
         given = forms.scenario().model_validate(data, context={"folder": folder, "anywhere": anywhere}).given
-        return Scenario(forms.problem(given), given.get("method"))
+        problem, motion = forms.problem(given), given["motion"].given if "motion" in given else {}
+        return Scenario(problem, given.get("method"), forms.motion(problem, given), motion.get("method"))
     except ValidationError as error:
         raise InvalidInput(sentences.sentence(error, text)) from None
     except InvalidInput as error:
         raise InvalidInput(sentences.located(error, text)) from None
 
 
-def method(name: str, stated: Any = None) -> Any:
+def method(name: str, stated: Any = None, *, of_motion: bool = False) -> Any:
     """Return the method of that name: the one stated where it is of that kind, else with its own defaults."""
     from darboux.scenario import forms
 
-    names = {word: shape for shape in forms.METHODS for word in (shape.name, *shape.also)}
+    shapes = forms.MOTION_METHODS if of_motion else forms.METHODS
+    names = {word: shape for shape in shapes for word in (shape.name, *shape.also)}
     cls = names[checks.choice("the method", name, names)].cls
     return stated if type(stated) is cls else cls()
 

@@ -24,6 +24,7 @@ from darboux.scenario.kinds import (
     Word,
     along,
     flag,
+    form,
     matrix,
     number,
     stiffness,
@@ -44,6 +45,7 @@ class Shape:
     fields: dict[str, tuple[Any, str]]  # kind of value, and the unit that its numbers are written with
     needs: str = ""
     also: tuple[str, ...] = ()
+    word: str = ""  # its name in a file, where capitals don't tell
 
     @property
     def cls(self) -> type:
@@ -53,14 +55,14 @@ class Shape:
     @property
     def name(self) -> str:
         """Its name in a file: EndForce is "end_force"."""
-        return re.sub(r"(?<!^)(?=[A-Z])", "_", self.description).lower()
+        return self.word or re.sub(r"(?<!^)(?=[A-Z])", "_", self.description).lower()
 
     def kind(self, key: str = "", needed: bool = True, station: bool = False) -> Any:
         """Return its form for pydantic: ``key`` is the field that names it, ``station`` whether it says where it is."""
         extra: dict[str, Any] = {key: (Word[(self.name, *self.also)], ... if needed else self.name)} if key else {}
         extra |= {"at": (number("m"), ...)} if station else {}
         fields = {field: kind for field, (kind, _) in self.fields.items()}
-        model = kinds.form(self.description + "Between" * station, fields, self.needs, extra)
+        model = form(self.description + "Between" * station, fields, self.needs, extra)
 
         def made(form: kinds.Form) -> Any:
             value = self.cls(**{field: given for field, given in form.given.items() if field not in extra})
@@ -142,6 +144,36 @@ METHODS = (
         also=("discrete",),
     ),
 )
+SECONDS = _of(number, "s")
+MOTION_METHODS = (
+    _shape("ImplicitMidpoint", segments=COUNT, step=SECONDS, tolerance=_of(number, "rad")),
+    Shape("TRBDF2", {"segments": COUNT, "rtol": PLAIN, "step": SECONDS}, word="tr_bdf2"),
+    _shape("StormerVerlet", segments=COUNT, step=SECONDS),
+)
+FLUID = _of(kinds.vector_in_time, "m/s")
+DAMPINGS = (
+    _shape("MassDamping", "rate", rate=_of(number, "1/s")),
+    _shape("KelvinVoigt", bending=SECONDS, twist=SECONDS, stretch=SECONDS),
+    _shape("LinearDrag", "along across", along=_of(number, "N s/m^2"), across=_of(number, "N s/m^2"), fluid=FLUID),
+    _shape(
+        "QuadraticDrag", "along across", along=_of(number, "N s^2/m^3"), across=_of(number, "N s^2/m^3"), fluid=FLUID
+    ),
+)
+MOVING = _shape("Moving", position=_of(kinds.vector_in_time, "m"))
+MOTION = _shape(
+    "Motion",
+    "duration",
+    duration=SECONDS,
+    initial=(word("unloaded", "equilibrium"), ""),
+    velocity=_of(vector_along, "m/s"),
+    spin=_of(along, "rad/s"),
+    start=(MOVING.kind(), ""),
+    end=(MOVING.kind(), ""),
+    load_factor=_of(kinds.in_time),
+    damping=(None, ""),
+    release=(None, "s"),
+    rotary_inertia=_of(number, "kg m"),
+)
 MATERIAL = _shape("Material", E=_of(number, "Pa"), nu=PLAIN, density=_of(number, "kg/m^3"), G=_of(number, "Pa"))
 HELIX = _shape("Helix", "radius pitch", radius=LENGTH, pitch=LENGTH, handed=(word("right", "left"), ""))
 ROD = _shape(
@@ -154,8 +186,17 @@ ROD = _shape(
     stretch=YES_OR_NO,
     shear=YES_OR_NO,
 )
-SHAPES = (*SECTIONS, *SUPPORTS, *LOADS, *METHODS, MATERIAL, HELIX, ROD)
-UNWRITTEN = {("LineForce", "gradient"), ("LineCouple", "gradient")}  # they belong to Python functions
+SHAPES = (
+    *(*SECTIONS, *SUPPORTS, *LOADS, *METHODS, MATERIAL, HELIX, ROD),
+    *(*MOTION_METHODS, *DAMPINGS, MOVING, MOTION),
+)
+UNWRITTEN = {
+    ("LineForce", "gradient"),  # they belong to Python functions
+    ("LineCouple", "gradient"),
+    ("Moving", "frame"),  # a table's interpolation of rotations is none
+    ("Motion", "problem"),  # it is the rest of the file
+}
+IN_TIME = {("Moving", "position"), ("Motion", "load_factor"), ("LinearDrag", "fluid"), ("QuadraticDrag", "fluid")}
 
 
 def _one_of(shapes: tuple[Shape, ...], key: str, default: str | None = None, **more: Any) -> Any:
@@ -183,7 +224,7 @@ def _material() -> Any:
 
     fields: dict[str, Any] = {"name": word(*materials.LIBRARY)}
     fields |= {field: kind for field, (kind, _) in MATERIAL.fields.items()}
-    model = kinds.form("Material", fields)
+    model = form("Material", fields)
     return Checked[model, AfterValidator(lambda form: made(**form.given)), BeforeValidator(named)]
 
 
@@ -211,7 +252,7 @@ def scenario() -> Any:
     """Return the pydantic model of a whole file; validated, ``given`` holds the descriptions that it makes."""
     own = {"section": _one_of(SECTIONS, "shape", "stiffness"), "material": _material(), "natural": _natural()}
     fields = {field: own.get(field, kind) for field, (kind, _) in ROD.fields.items()}
-    rod = Checked[kinds.form("Rod", fields, ROD.needs), AfterValidator(lambda form: darboux.Rod(**form.given))]
+    rod = Checked[form("Rod", fields, ROD.needs), AfterValidator(lambda form: darboux.Rod(**form.given))]
     support = _one_of(SUPPORTS, "type")
     between = _one_of(SUPPORTS, "type", station=True)
     supports = create_model(
@@ -222,6 +263,12 @@ def scenario() -> Any:
         between=(Checked[List[between], Field(max_length=MOST_LOADS)], None),
     )
     load = _one_of(LOADS, "type")
+    damping = Checked[List[_one_of(DAMPINGS, "type")], Field(max_length=MOST_LOADS)]
+    release = form("Release", {"start": number("s"), "end": number("s")})
+    released = Checked[release, AfterValidator(lambda table: table.given)]
+    own = {"damping": damping, "release": released}
+    motion = {field: own.get(field, kind) for field, (kind, _) in MOTION.fields.items()}
+    motion["method"] = _one_of(MOTION_METHODS, "name")
     return create_model(
         "Scenario",
         __base__=kinds.Form,
@@ -230,6 +277,7 @@ def scenario() -> Any:
         supports=(supports, None),
         loads=(Checked[List[load], Field(max_length=MOST_LOADS)], None),
         method=(_one_of(METHODS, "name"), None),
+        motion=(form("Motion", motion, MOTION.needs), None),
     )
 
 
@@ -244,3 +292,12 @@ def problem(given: dict[str, Any]) -> Equilibrium:
     if "end" in parts:
         raise InvalidInput("supports.end came beside a ring, whose end meets its start; leave it out.")
     return Ring(**parts, **given["ring"].given)
+
+
+def motion(problem: Equilibrium, given: dict[str, Any]) -> Any:
+    """Return the motion of the problem that the checked table of a file states, or None."""
+    if "motion" not in given:
+        return None
+    return darboux.Motion(
+        problem, **{field: value for field, value in given["motion"].given.items() if field != "method"}
+    )

@@ -126,9 +126,29 @@ def along(unit: str) -> Any:
 @cache
 def vector_along(unit: str) -> Any:
     """Three numbers, or a table of them along the rod."""
+    return _vector_or(unit, table(unit, 3))
+
+
+@cache
+def in_time(unit: str) -> Any:
+    """A number, or a table of numbers over the times of a motion."""
+    return _labelled(
+        number=number(unit),
+        table=times(unit, 1),
+        choose=lambda value: "table" if isinstance(value, dict | Table) else "number",
+    )
+
+
+@cache
+def vector_in_time(unit: str) -> Any:
+    """Three numbers, or a table of them over the times of a motion."""
+    return _vector_or(unit, times(unit, 3))
+
+
+def _vector_or(unit: str, table: Any) -> Any:
     return _labelled(
         vector=vector(unit),
-        table=table(unit, 3),
+        table=table,
         choose=lambda value: "table" if isinstance(value, dict | Table) else "vector",
     )
 
@@ -157,21 +177,28 @@ def table(unit: str, columns: int) -> Any:
     return _table(name, number(unit) if columns == 1 else vector(unit), columns)
 
 
+def times(unit: str, columns: int) -> Any:
+    """Numbers or vectors at times: in the file itself, or in a CSV file beside it with t in its first column (SI)."""
+    name = f"{columns}InTimeIn{''.join(c if c.isalnum() else '_' for c in unit)}"
+    return _table(name, number(unit) if columns == 1 else vector(unit), columns, "t", "s")
+
+
 @cache
-def _table(name: str, values: Any, columns: int = 0) -> Any:
+def _table(name: str, values: Any, columns: int = 0, at: str = "s", unit: str = "m") -> Any:
+    """A table of ``values`` at arc lengths s or times t."""
 
     def made(stated: Any, info: ValidationInfo) -> Table:
         given = dict(stated.given)
-        if ("table" in given) == ("values" in given) or ("s" in given) != ("values" in given):
-            raise ValueError("it must be either { s = [...], values = [...] } or { table = 'file.csv' }")
+        if ("table" in given) == ("values" in given) or (at in given) != ("values" in given):
+            raise ValueError(f"it must be either {{ {at} = [...], values = [...] }} or {{ table = 'file.csv' }}")
         if "table" in given and not columns:
             raise ValueError("matrices can't be in a CSV file; write { s = [...], values = [...] }")
         if "table" in given:
             return read_table(given.pop("table"), columns, info, **given)
-        return Table(**given)
+        return Table(given.pop(at), **given)
 
     fields = {
-        "s": Checked[List[number("m")], Field(max_length=MOST_SAMPLES)],
+        at: Checked[List[number(unit)], Field(max_length=MOST_SAMPLES)],
         "values": Checked[List[values], Field(max_length=MOST_SAMPLES)],
     }
     fields |= {"table": str, "interpolation": word("linear", "cubic")}
@@ -180,7 +207,7 @@ def _table(name: str, values: Any, columns: int = 0) -> Any:
 
 
 def read_table(name: str, columns: int, info: ValidationInfo, **given: Any) -> Table:
-    """Return the table in a CSV file: s in m, then the values in SI; a first line of words is a heading."""
+    """Return the table in a CSV file: s in m or t in s, then the values in SI; a first line of words is a heading."""
     path = inside(name, info)
     try:
         if not path.is_file():
@@ -200,7 +227,7 @@ def read_table(name: str, columns: int, info: ValidationInfo, **given: Any) -> T
     except ValueError as error:
         raise ValueError(f"{path} can't be read as numbers between commas: {error}") from None
     if data.shape[1] != columns + 1:
-        raise ValueError(f"{path} has {data.shape[1]} columns; it must have s and {columns} more")
+        raise ValueError(f"{path} has {data.shape[1]} columns; it must have {columns + 1}")
     return Table(data[:, 0], data[:, 1] if columns == 1 else data[:, 1:], **given)
 
 

@@ -26,8 +26,14 @@ FAMILIAR = {
     "rad": {"rad": "1"},
     "V/m": {"V/m": "1"},
     "C/m": {"C/m": "1"},
+    "s": {"s": "1", "ms": "1e-3", "us": "1e-6"},
+    "1/s": {"1/s": "1"},
+    "kg m": {"kg m": "1"},
+    "N s/m^2": {"N s/m^2": "1"},
+    "N s^2/m^3": {"N s^2/m^3": "1"},
+    "m/s": {"m/s": "1", "cm/s": "1e-2", "mm/s": "1e-3"},
 }
-EXAMPLE = {"m": "25 cm", "Pa": "1 MPa", "kg/m^3": "1000 kg/m^3", "N": "2 N", "rad": "90 deg"}
+EXAMPLE = {"m": "25 cm", "Pa": "1 MPa", "kg/m^3": "1000 kg/m^3", "N": "2 N", "s": "10 ms", "rad": "90 deg"}
 QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,6})?)\s*(.*?)\s*")
 NAME = r"[A-Za-zµμΩ°%]+(?:(?:\*\*|\^)-?\d)?"
 UNIT = re.compile(

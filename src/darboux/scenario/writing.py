@@ -16,8 +16,8 @@ from darboux.scenario import forms
 from darboux.scenario.forms import Shape
 
 
-def toml(problem: Equilibrium, method: Any = None) -> str:
-    """Return the problem, and the method where one is given, as the text of a scenario file."""
+def toml(problem: Equilibrium, method: Any = None, motion: Any = None, motion_method: Any = None) -> str:
+    """Return the problem, and the methods and the motion where they are given, as the text of a scenario file."""
     if type(problem) not in (Equilibrium, Ring):
         raise InvalidInput(f"{type(problem).__name__} has no form in a scenario file; Equilibrium and Ring have.")
     document: dict[str, Any] = {"rod": _rod(problem)}
@@ -35,6 +35,7 @@ def toml(problem: Equilibrium, method: Any = None) -> str:
     loads = [_written(f"loads[{i}]", load, forms.LOADS, "type") for i, load in enumerate(problem.loads)]
     document |= {"loads": loads} if loads else {}
     document |= {"method": _written("method", method, forms.METHODS, "name")} if method is not None else {}
+    document |= {"motion": _motion(motion, motion_method)} if motion is not None else {}
     return "\n".join(_tables(document))
 
 
@@ -49,6 +50,22 @@ def _rod(problem: Equilibrium) -> dict[str, Any]:
     elif rod.natural is not None:
         table["natural"] = {"curvature": _quantity("rod.natural", rod.natural, "1/m")}
     return table | {name: True for name in ("stretch", "shear") if getattr(rod, name)}
+
+
+def _motion(motion: Any, method: Any) -> dict[str, Any]:
+    if not isinstance(motion.initial, str):
+        raise InvalidInput(
+            "motion.initial is an equilibrium or a function, which a file can't hold; write 'unloaded' or 'equilibrium'."
+        )
+    plain = dataclasses.replace(motion, start=None, end=None, damping=(), release=())
+    table = _fields("motion", plain, forms.MOTION)
+    table |= {"release": {end: f"{t!r} s" for end, t in motion.release}} if motion.release else {}
+    for at in ("start", "end"):
+        moving = getattr(motion, at)
+        table |= {at: _fields(f"motion.{at}", moving, forms.MOVING)} if moving is not None else {}
+    parts = [_written(f"motion.damping[{i}]", part, forms.DAMPINGS, "type") for i, part in enumerate(motion.damping)]
+    table |= {"damping": parts} if parts else {}
+    return table | ({"method": _written("motion.method", method, forms.MOTION_METHODS, "name")} if method else {})
 
 
 def _written(path: str, value: Any, shapes: tuple[Shape, ...], key: str) -> dict[str, Any]:
@@ -66,18 +83,23 @@ def _fields(path: str, value: Any, shape: Shape) -> dict[str, Any]:
     table = {}
     for field in dataclasses.fields(value):
         given = getattr(value, field.name)
-        if given is None or (type(given) is type(field.default) and given == field.default):
+        if (
+            (shape.description, field.name) == ("Motion", "problem")
+            or given is None
+            or (type(given) is type(field.default) and given == field.default)
+        ):
             continue
         if field.name not in shape.fields:
             raise InvalidInput(f"{path}.{field.name} has no form in a scenario file; leave it out.")
-        table[field.name] = _quantity(f"{path}.{field.name}", given, shape.fields[field.name][1])
+        at = "t" if (shape.description, field.name) in forms.IN_TIME else "s"
+        table[field.name] = _quantity(f"{path}.{field.name}", given, shape.fields[field.name][1], at)
     return table
 
 
-def _quantity(path: str, value: Any, unit: str) -> Any:
-    """Return a value with its unit; tables of numbers stay plain, in SI."""
+def _quantity(path: str, value: Any, unit: str, at: str = "s") -> Any:
+    """Return a value with its unit; tables of numbers, at arc lengths s or times t, stay plain, in SI."""
     if isinstance(value, Table):
-        return {"s": list(value.s), "values": _quantity(path, value.values, ""), "interpolation": value.interpolation}
+        return {at: list(value.s), "values": _quantity(path, value.values, ""), "interpolation": value.interpolation}
     if callable(value):
         raise InvalidInput(
             f"{path} is a Python function, which a file can't hold; give its values as a Table, then it can."

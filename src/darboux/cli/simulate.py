@@ -1,0 +1,88 @@
+"""`darboux simulate`."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from darboux.cli.shell import INTERRUPTED, Anywhere, Json, Quiet, ScenarioFile, console, print_json
+from darboux.errors import InvalidInput, NotConverged
+
+
+def simulate(
+    file: ScenarioFile,
+    method: Annotated[
+        str | None,
+        typer.Option("--method", metavar="M", help="implicit_midpoint, tr_bdf2 or stormer_verlet; else the file's."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="RESULT", help="Keep the result, as in --out result.nc (NetCDF).")
+    ] = None,
+    before: Annotated[
+        Path | None,
+        typer.Option(
+            "--continue", metavar="RESULT", help="Go on from the last record of a result, to the file's duration."
+        ),
+    ] = None,
+    records: Annotated[
+        int | None, typer.Option("--records", metavar="N", help="Equal intervals of time between records; else 200.")
+    ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
+    anywhere: Anywhere = False,
+) -> None:
+    """Follow the motion that a scenario states: tip, energy and how well it is kept; Ctrl-C keeps what was reached."""
+    import time
+
+    began = time.perf_counter()
+    from darboux import files, scenario
+    from darboux.dynamics.simulate import simulate as simulated
+
+    stated = scenario.read(file, anywhere=anywhere)
+    if stated.motion is None:
+        raise InvalidInput(
+            f'{file} states no motion; add the table [motion] with duration = "1 s", or use darboux solve.'
+        )
+    if out is not None:
+        files.check(out)
+    chosen = scenario.method(method, stated.motion_method, of_motion=True) if method else stated.motion_method
+    reached = None
+    if before is not None:
+        from darboux import store
+
+        reached = store.open(before)
+    trajectory = simulated(
+        stated.motion,
+        chosen,
+        records=records,
+        start_from=reached,
+        throw=False,
+        progress=not (quiet or json) and sys.stderr.isatty(),
+    )
+    if out is not None:
+        impatient = signal.signal(
+            signal.SIGINT, signal.SIG_IGN
+        )  # a second Ctrl-C must not lose what the first one kept
+        try:
+            trajectory.save(out)
+        finally:
+            signal.signal(signal.SIGINT, impatient)
+    seconds = time.perf_counter() - began
+    if json or not quiet:
+        from darboux.cli import motion_report as report
+    if json:
+        print_json(report.content(trajectory, seconds))
+    elif not quiet:
+        screen = console()
+        screen.print(report.table(trajectory, file.stem, seconds))
+        screen.print(report.picture(trajectory, screen), markup=False)
+        if out is not None:
+            screen.print(f"Kept in {out}: darboux info {out}", markup=False)
+    if trajectory.status.code == "stopped":
+        raise typer.Exit(INTERRUPTED)
+    if not trajectory.converged:
+        raise NotConverged(trajectory.status.message, trajectory)
