@@ -78,7 +78,7 @@ def test_what_a_ring_refuses() -> None:
     with pytest.raises(dx.InvalidInput, match=r"ring.link is 'two'"):
         dx.Ring(ROUND, link="two")
     for method in (dx.Shooting(), dx.Elastica(), dx.DiscreteRod(20)):
-        with pytest.raises(dx.InvalidInput, match=r"closed to a Ring; use Collocation"):
+        with pytest.raises(dx.InvalidInput, match=r"closed to a Ring.*use Collocation"):
             dx.solve(dx.Ring(ROUND), method)
 
 
