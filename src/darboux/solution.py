@@ -163,7 +163,9 @@ class EquilibriumSolution:
         Raises ``InvalidInput`` for loads without a potential, and unless ``DiscreteRod`` made the solution.
         """
         if self.lowest_modes is None:
-            raise InvalidInput(f"solution.modes is there for DiscreteRod, but {self.method} made this; solve with it.")
+            raise InvalidInput(
+                f"solution.modes is there for DiscreteRod, in the process that solved; this is by {self.method}. Solve it by DiscreteRod()."
+            )
         return self.lowest_modes(whole("modes.k", k, 1))
 
     # -- along the rod -------------------------------------------------------------------------------------------
