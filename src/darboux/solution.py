@@ -164,7 +164,7 @@ class EquilibriumSolution:
         """
         if self.lowest_modes is None:
             raise InvalidInput(
-                f"solution.modes is there for DiscreteRod, in the process that solved; this is by {self.method}. Solve it by DiscreteRod()."
+                f"solution.modes is there for DiscreteRod's answer, not for one by {self.method} or from a file; solve with it."
             )
         return self.lowest_modes(whole("modes.k", k, 1))
 
