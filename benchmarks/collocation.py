@@ -25,7 +25,7 @@ from scipy.integrate import solve_bvp
 import darboux as dx
 from benchmarks.timing import Row, Spread, interleaved, seconds
 from darboux.kernels import rod_equations
-from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION, STATES
+from darboux.kernels.rod_equations import FORCE, ROTATION, STATES
 from darboux.paper.cases import figure5
 from darboux.statics import coefficients
 from darboux.statics.coefficients import Scale
@@ -54,11 +54,7 @@ class Peer:
         equations.unloaded()
         self.start, self.end = equations.start, equations.end
         self.x = np.unique(guess.curve.s) / problem.rod.length
-        y = guess.curve(self.x * problem.rod.length)
-        y[:, :3] = (y[:, :3] - self.scale.origin) / self.scale.length
-        y[:, FORCE:MOMENT] /= self.scale.force
-        y[:, MOMENT:] /= self.scale.moment
-        self.y = y.T
+        self.y = self.scale.states(guess.curve, self.x).T
 
     def slope(self, x: Array, y: Array) -> Array:
         return coefficients.slopes(self.table(x), np.ascontiguousarray(y.T)).T

@@ -84,6 +84,11 @@ def test_starts_that_are_none(start: object, words: str) -> None:
         dx.solve(COLUMN, start=start)
 
 
+def test_the_search_refuses_what_the_solver_refuses() -> None:
+    with pytest.raises(dx.InvalidInput, match="Check the units"):
+        dx.solve_all(dx.Equilibrium(FLAT, loads=[dx.EndMoment((1e6, 0, 0))]))
+
+
 def test_other_methods_set_out_from_the_unloaded_rod() -> None:
     with pytest.raises(dx.InvalidInput, match="sets out from the unloaded rod; use Collocation"):
         dx.solve(COLUMN, dx.Shooting(), start=dx.solve(COLUMN))

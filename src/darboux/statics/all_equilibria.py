@@ -29,6 +29,7 @@ from darboux.statics.collocation_equations import Equations
 from darboux.statics.collocation_refinement import refined
 from darboux.statics.load_path import unstable_in
 from darboux.statics.mesh import Mesh
+from darboux.statics.solve import solve
 
 Array = NDArray[np.float64]
 
@@ -54,12 +55,12 @@ def solve_all(problem: Equilibrium, *, rtol: float = 1e-9, most: int = 20) -> tu
 
     Arguments: ``problem`` an ``Equilibrium``; ``rtol`` as for ``Collocation``; ``most`` how many are looked for. Returns a
     tuple of ``EquilibriumSolution``, each with its energy and its number of unstable directions. Raises
-    ``InvalidInput``.
+    ``InvalidInput``, also where ``Collocation`` refuses the problem.
     """
     checks.instance("solve_all.problem", problem, Equilibrium, "an Equilibrium")
     most = checks.whole("solve_all.most", most, 1)
     method = Collocation(rtol=rtol)
-    first = method.solve(problem)
+    first = solve(problem, method, throw=False)
     with np.errstate(all="ignore"):  # a Newton step that leaves the numbers' range is rejected
         search = _Search(problem, method)
         if first.converged:

@@ -64,6 +64,14 @@ class Scale:
         _, held = problem.supports[0]
         return cls(L, EI / L**2, EI / L, np.array(held.position))
 
+    def states(self, curve: Curve, x: Array) -> Array:
+        """Return the dimensionless states (n, 13) of a curve in SI units at x (n,), from 0 to 1 along its own length."""
+        y = curve(x * curve.s[-1])
+        y[:, :ROTATION] = (y[:, :ROTATION] - self.origin) / self.length
+        y[:, FORCE:MOMENT] /= self.force
+        y[:, MOMENT:] /= self.moment
+        return y
+
     def curve(self, x: Array, y: Array, dy: Array) -> Curve:
         """Return dimensionless states y (n, 13) at x (n,), with their slopes dy / dx, in SI units."""
         unit = np.repeat([self.length, 1.0, self.force, self.moment], [3, 4, 3, 3])

@@ -417,15 +417,12 @@ class Equations:
 
     def mesh_of(self, start: EquilibriumSolution) -> Mesh:
         """Return a solution of another problem on every second of its nodes, as the first guess of this one."""
-        nodes, scale = np.unique(start.curve.s), self.scale
+        nodes = np.unique(start.curve.s)
         x = nodes[:: 2 if len(nodes) > 2 * FIRST_ELEMENTS else 1] / nodes[-1]
         x = x[np.min(np.abs(x[:, None] - self.breaks), axis=1) > 1e-6] if len(self.breaks) else x
         x = np.unique(np.concatenate([[0.0], x, self.breaks, [1.0]]))
         points = np.concatenate([x, stage_points(x, self.stages).ravel()])
-        y = start.curve(points * nodes[-1])
-        y[:, :3] = (y[:, :3] - scale.origin) / scale.length
-        y[:, FORCE:MOMENT] /= scale.force
-        y[:, MOMENT:] /= scale.moment
+        y = self.scale.states(start.curve, points)
         y[:, ROTATION:FORCE] /= np.linalg.norm(y[:, ROTATION:FORCE], axis=1, keepdims=True)
         mesh = Mesh(x, y[: len(x)], y[len(x) :].reshape(-1, self.stages, STATES))
         return mesh.jointed(np.array([at for at, _ in self.stations]))

@@ -53,13 +53,10 @@ def _laid_anew(equations: Equations, mesh: Mesh, elements: int, even: int | None
 
 def _dense(equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: float) -> tuple[Mesh, Mesh]:
     """Halve the elements until the curve between the nodes is as good as the nodes are; return the last two meshes."""
-    scale = equations.scale
     while fine.elements < MOST_ELEMENTS:
-        between = equations.curve(coarse, 1.0)(fine.x * scale.length)
-        unit = np.repeat([scale.length, 1.0, scale.force, scale.moment], [3, 4, 3, 3])
-        origin = np.concatenate([scale.origin, np.zeros(10)])
+        between = equations.scale.states(equations.curve(coarse, 1.0), fine.x)
         smooth = ~np.isin(fine.x, equations.breaks)
-        gap = size((between - origin)[smooth] / unit - fine.y[smooth], fine.y)
+        gap = size((between - fine.y)[smooth], fine.y)
         if gap <= GAIN * rtol:
             break
         finer = equations.newton(fine.halved(), 1.0, sharp, most=6)

@@ -75,7 +75,8 @@ def circle(ring: Ring, scale: Scale) -> FirstShape:
         angle = phi - frames.turn * ring.link * x
         return frames.turn * np.stack([np.cos(angle), np.sin(angle), np.full_like(x, ring.link)], axis=1)
 
-    return FirstShape(k, *_pose(ring, scale))
+    place = (np.array(ring.start.position) - scale.origin) / scale.length
+    return FirstShape(k, place, frames.quaternion_of_matrix(ring.start.R))
 
 
 def of_problem(problem: Equilibrium) -> FirstShape | None:
@@ -116,11 +117,6 @@ def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
         spin = np.stack([np.cos(0.5 * angle * x), 0.0 * x, 0.0 * x, np.sin(0.5 * angle * x)], axis=1)
         q = frames.product(q, spin)
     return _of_frames(x, (points[0] - scale.origin) / scale.length, q)
-
-
-def _pose(problem: Equilibrium, scale: Scale) -> tuple[Array, Array]:
-    start = problem.start
-    return (np.array(start.position) - scale.origin) / scale.length, frames.quaternion_of_matrix(start.R)
 
 
 def _of_frames(x: Array, r: Array, q: Array) -> FirstShape:
