@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
 from collections.abc import Sequence
@@ -72,6 +73,21 @@ def _said(error: Exception) -> tuple[str, str, int]:
 def print_json(content: Any) -> None:
     """Print one JSON object; what is no number (nan, infinite) is null."""
     typer.echo(json.dumps(_plain(content), indent=2, allow_nan=False))
+
+
+def show(report: str, result: Any, title: str, seconds: float, as_json: bool, quiet: bool, kept: str) -> None:
+    """Print a result as the module `report` words it: one JSON object, or a table, a picture and where it is kept."""
+    if quiet and not as_json:
+        return
+    words = importlib.import_module(f"darboux.cli.{report}")
+    if as_json:
+        print_json(words.content(result, seconds))
+        return
+    screen = console()
+    screen.print(words.table(result, title, seconds))
+    screen.print(words.picture(result, screen), markup=False)
+    if kept:
+        screen.print(kept, markup=False)
 
 
 def _plain(value: Any) -> Any:

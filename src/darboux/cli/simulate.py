@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import INTERRUPTED, Anywhere, Json, Quiet, ScenarioFile, console, print_json
+from darboux.cli.shell import INTERRUPTED, Anywhere, Json, Quiet, ScenarioFile, show
 from darboux.errors import InvalidInput, NotConverged
 
 
@@ -72,16 +72,8 @@ def simulate(
         finally:
             signal.signal(signal.SIGINT, impatient)
     seconds = time.perf_counter() - began
-    if json or not quiet:
-        from darboux.cli import motion_report as report
-    if json:
-        print_json(report.content(trajectory, seconds))
-    elif not quiet:
-        screen = console()
-        screen.print(report.table(trajectory, file.stem, seconds))
-        screen.print(report.picture(trajectory, screen), markup=False)
-        if out is not None:
-            screen.print(f"Kept in {out}: darboux info {out}", markup=False)
+    kept = "" if out is None else f"Kept in {out}: darboux info {out}"
+    show("motion_report", trajectory, file.stem, seconds, json, quiet, kept)
     if trajectory.status.code == "stopped":
         raise typer.Exit(INTERRUPTED)
     if not trajectory.converged:

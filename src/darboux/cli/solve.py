@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from darboux.cli.shell import Anywhere, Json, Quiet, ScenarioFile, console, print_json
+from darboux.cli.shell import Anywhere, Json, Quiet, ScenarioFile, console, show
 from darboux.errors import NotConverged
 
 
@@ -42,16 +42,8 @@ def solve(
 
         store.save(solution, out)
     seconds = time.perf_counter() - began
-    if json or not quiet:
-        from darboux.cli import report
-    if json:
-        print_json(report.content(solution, seconds))
-    elif not quiet:
-        screen = console()
-        screen.print(report.table(solution, file.stem, seconds))
-        screen.print(report.picture(solution, screen), markup=False)
-        if out is not None:
-            screen.print(f"Kept in {out}: darboux plot {out}", markup=False)
+    kept = "" if out is None else f"Kept in {out}: darboux plot {out}"
+    show("report", solution, file.stem, seconds, json, quiet, kept)
     if not solution.converged:
         raise NotConverged(solution.status.message, solution)
 
