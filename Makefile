@@ -60,7 +60,7 @@ LOCK = .venv-lock/bin/uv --no-config --quiet pip compile --universal --python-ve
 lock: ## choose the locked versions anew (needs uv from the package index)
 	'$(PYTHON)' -m venv .venv-lock
 	.venv-lock/bin/python -m pip --quiet --disable-pip-version-check install uv
-	$(LOCK) --extra dev --extra bench --output-file requirements-dev.txt
+	$(LOCK) --extra dev --extra bench --extra docs --extra cosseratbench --extra view --extra web --output-file requirements-dev.txt
 	$(LOCK) --constraints requirements-dev.txt --output-file requirements.txt
 
 clean: ## remove what the jobs made, but for the environment
