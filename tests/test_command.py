@@ -10,6 +10,8 @@ import shlex
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,7 @@ import darboux as dx
 from darboux import files, scenario
 from darboux.cli import EXAMPLES, app
 from darboux.cli.new import TEMPLATES
+from darboux.statics.collocation_equations import Equations
 from darboux.view import plots, terminal
 
 
@@ -227,17 +230,21 @@ def test_motions_that_end_early_or_can_t_be(run: Any, monkeypatch: pytest.Monkey
             os.kill(os.getpid(), signal.SIGINT)
         return advance(self, t)
 
-    def again(path: Path) -> Any:
-        os.kill(os.getpid(), signal.SIGINT)
-        return replacing(path)
+    @contextmanager
+    def again(path: Path) -> Iterator[Path]:
+        with replacing(path) as temporary:
+            os.kill(os.getpid(), signal.SIGINT)
+            yield temporary
 
     replacing = files.replacing
     with monkeypatch.context() as patch:
         patch.setattr(_Adaptive, "advance", interrupted)
-        patch.setattr(files, "replacing", again)  # and once more, while it is saved
         result = run("simulate", "falling.toml", "--records", "10", "--out", "b.nc")
-    sentence(result, 130, "Interrupted.")
-    assert "can be continued" in " ".join(result.stdout.split())
+        sentence(result, 130, "Interrupted.")
+        assert "can be continued" in " ".join(result.stdout.split())
+        Path("b.nc").unlink()
+        patch.setattr(files, "replacing", again)  # and once more, while it is saved
+        sentence(run("simulate", "falling.toml", "--records", "10", "--out", "b.nc"), 130, "Interrupted.")
     assert dx.open("b.nc").times[-1] == 0.4
     assert dx.simulate(scenario.read("falling.toml").motion, start_from=dx.open("b.nc")).converged
 
@@ -369,6 +376,29 @@ def test_a_newcomer_s_first_minute(tmp_path: Path) -> None:
     assert "# the start" in ascii_only.stdout
     completed = process(cwd=tmp_path, _DARBOUX_COMPLETE="complete_bash", COMP_WORDS="darboux so", COMP_CWORD="1")
     assert completed.stdout.split() == ["solve"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="interrupts by a signal")
+def test_an_interrupt_keeps_the_equilibrium_reached(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(self: Equations, state: Any, load_factor: float) -> Any:
+        if load_factor > 0.3:
+            os.kill(os.getpid(), signal.SIGINT)
+        return tangent(self, state, load_factor)
+
+    run("new", "cantilever")
+    tangent = Equations.tangent
+    with monkeypatch.context() as patch:
+        patch.setattr(Equations, "tangent", interrupted)
+        result = run("solve", "cantilever.toml", "--out", "a.nc")
+        with pytest.raises(KeyboardInterrupt, match="of the load"):  # a loop over many loads ends at once
+            dx.solve(dx.load("cantilever.toml"))
+    sentence(result, 130, "Interrupted.")
+    assert "stopped at" in " ".join(result.stdout.split())
+    kept = dx.open("a.nc")
+    assert kept.status.code == "stopped"
+    assert 0.3 < kept.load_factor < 1.0
+    weight = 1000.0 * np.pi * 1e-3**2 * 0.25 * 9.81
+    assert kept.reactions.start.force[2] == pytest.approx(kept.load_factor * weight, rel=1e-6)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="interrupts by a signal")

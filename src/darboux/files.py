@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import tempfile
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,15 +25,31 @@ def check(path: Path) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """Lend a temporary name in the same folder and rename it at the end, so that a kill never leaves half a file.
 
-    Raises ``InvalidInput`` where the folder or the file can't be written.
+    Ctrl-C waits until the file is written. Raises ``InvalidInput`` where the folder or the file can't be written.
     """
     try:
-        with tempfile.TemporaryDirectory(prefix=".darboux-", dir=path.parent) as folder:
+        with _patient(), tempfile.TemporaryDirectory(prefix=".darboux-", dir=path.parent) as folder:
             temporary = Path(folder) / path.name
             yield temporary
             temporary.replace(path)
     except OSError as error:
         raise _refusal(path, error) from None
+
+
+@contextmanager
+def _patient() -> Iterator[None]:
+    """Hold Ctrl-C back to the end."""
+    if threading.current_thread() is not threading.main_thread():  # only that one hears it
+        yield
+        return
+    held_back: list[int] = []
+    handler = signal.signal(signal.SIGINT, lambda number, _: held_back.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    if held_back:
+        raise KeyboardInterrupt
 
 
 def _refusal(path: Path, error: OSError) -> InvalidInput:

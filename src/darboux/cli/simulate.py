@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -64,13 +63,7 @@ def simulate(
         progress=not (quiet or json) and sys.stderr.isatty(),
     )
     if out is not None:
-        impatient = signal.signal(
-            signal.SIGINT, signal.SIG_IGN
-        )  # a second Ctrl-C must not lose what the first one kept
-        try:
-            trajectory.save(out)
-        finally:
-            signal.signal(signal.SIGINT, impatient)
+        trajectory.save(out)
     seconds = time.perf_counter() - began
     kept = "" if out is None else f"Kept in {out}: darboux info {out}"
     show("motion_report", trajectory, file.stem, seconds, json, quiet, kept)

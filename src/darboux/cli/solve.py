@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from darboux.cli.shell import Anywhere, Json, Quiet, ScenarioFile, console, show
+from darboux.cli.shell import INTERRUPTED, Anywhere, Json, Quiet, ScenarioFile, console, show
 from darboux.errors import NotConverged
 
 
@@ -44,6 +44,8 @@ def solve(
     seconds = time.perf_counter() - began
     kept = "" if out is None else f"Kept in {out}: darboux plot {out}"
     show("report", solution, file.stem, seconds, json, quiet, kept)
+    if solution.status.code == "stopped":
+        raise typer.Exit(INTERRUPTED)
     if not solution.converged:
         raise NotConverged(solution.status.message, solution)
 

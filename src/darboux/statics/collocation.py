@@ -78,8 +78,14 @@ class Collocation:
         """Return the equilibrium that follows from the unloaded rod, or from a start; the status says whether it got there."""
         began = time.perf_counter()
         with np.errstate(all="ignore"):  # a Newton step that leaves the numbers' range is rejected
-            found = self._next_to(problem, start) if isinstance(start, EquilibriumSolution) else None
-            found = found or self._followed(problem, start)
+            try:
+                found = self._next_to(problem, start) if isinstance(start, EquilibriumSolution) else None
+                found = found or self._followed(problem, start)
+            except load_path.Stopped as stop:
+                if stop.branch.disturbance:  # what was reached is no equilibrium of this problem
+                    raise
+                status = Status("stopped", load_path.stopped(stop.path))
+                found = _Found(stop.branch, status, stop.path.state.mesh, ErrorEstimate(), stop.path)
             equations, mesh, path = found.equations, found.mesh, found.path
             curve = equations.curve(mesh, path.load_factor)
         return EquilibriumSolution(

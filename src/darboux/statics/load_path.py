@@ -14,7 +14,7 @@ Source: E. L. Allgower and K. Georg, Introduction to Numerical Continuation Meth
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,12 +84,28 @@ class Path(Generic[State]):
     slope: float = 0.0  # rad per unit of load factor, of the last tangent: without bound at a fold
 
 
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C on the way: ``branch`` and ``path``, what was followed and how far."""
+
+    def __init__(self, branch: Any, path: Path[Any]) -> None:
+        super().__init__(f"stopped at {_percent(path)} of the load")
+        self.branch, self.path = branch, path
+
+
 def follow(branch: Branch[State], state: State, until_unstable: bool = False) -> Path[State]:
     """Follow the branch from load factor 0, where ``state`` is an equilibrium, to 1 or to where it ends.
 
-    With ``until_unstable`` it is followed to its first crossing at most.
+    With ``until_unstable`` it is followed to its first crossing at most. Raises ``Stopped`` on Ctrl-C.
     """
     path = Path(state, 0.0)
+    try:
+        return _followed(branch, path, until_unstable)
+    except KeyboardInterrupt:
+        raise Stopped(branch, path) from None
+
+
+def _followed(branch: Branch[State], path: Path[State], until_unstable: bool) -> Path[State]:
+    state = path.state
     sign, path.index = branch.stability(state, 0.0)
     step = first = LARGEST_STEP
     while path.load_factor < 1.0 and path.steps + path.rejected < MOST_STEPS:
@@ -141,6 +157,10 @@ def _allowed(predicted: float) -> float:
     return min(LARGEST_CORRECTED_TURN, max(LARGEST_SHARE * predicted, UNSEEN_TURN))
 
 
+def _percent(path: Path[Any]) -> str:
+    return f"{np.floor(1e4 * path.load_factor) / 100.0:.4g} %"
+
+
 def unstable_in(index: int | None) -> str:
     """Return the sentence for an unstable equilibrium, with a space before it; nothing for a stable one."""
     return f" It is unstable: {index} direction(s) lower its energy." if index else ""
@@ -148,7 +168,7 @@ def unstable_in(index: int | None) -> str:
 
 def ending(path: Path[State], method: str, origin: str = "the unloaded rod") -> tuple[str, str]:
     """Return the status code and the sentence for the way a path ended that began with ``origin``."""
-    percent = f"{np.floor(1e4 * path.load_factor) / 100.0:.4g} %"
+    percent = _percent(path)
     if path.load_factor >= 1.0:
         message = f"converged: the equilibrium that follows from {origin}"
         if path.crossings:
@@ -185,6 +205,11 @@ def ending(path: Path[State], method: str, origin: str = "the unloaded rod") -> 
         f"another shape. The last equilibrium is in .solution; solve_all(problem) looks for those at full load, and solve(problem, "
         "start=...) takes a shape to set out from."
     )
+
+
+def stopped(path: Path[Any]) -> str:
+    """Return the sentence for a path that the user stopped."""
+    return f"stopped at {_percent(path)} of the load; the equilibrium there is in .solution."
 
 
 def flattened(path: Path[State]) -> str:

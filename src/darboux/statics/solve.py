@@ -31,7 +31,8 @@ def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw:
     Newton's method sets out at full load, or a curve or points (n, 3) in m along the rod, in whose shape the rod is first made
     free of stress, and followed while its own natural shape, the supports and the loads come in; ``throw`` whether a
     solve that does not converge raises. Returns an ``EquilibriumSolution``. Raises ``InvalidInput`` where the method can't
-    state the problem, and ``NotConverged``, whose ``solution`` holds what was reached, unless ``throw`` is False.
+    state the problem, and ``NotConverged``, whose ``solution`` holds what was reached, unless ``throw`` is False; then Ctrl-C
+    too may return what was reached, with the status "stopped".
     """
     checks.instance("solve.problem", problem, Equilibrium, "an Equilibrium")
     method = checked_method("solve.method", Collocation() if method is None else method)
@@ -46,6 +47,8 @@ def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw:
         raise InvalidInput(
             f"solve.start came beside {method}, which sets out from the unloaded rod; use Collocation()."
         )
+    if throw and solution.status.code == "stopped":
+        raise KeyboardInterrupt(solution.status.message)
     return solution.check() if throw else solution
 
 

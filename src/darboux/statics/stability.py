@@ -20,7 +20,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from darboux import frames
 from darboux.kernels.inertia import negative_eigenvalues
@@ -98,6 +97,8 @@ class SecondVariation:
             if i > 0:
                 before = starts[i - 1]
                 full[a:b, before:a] = self.below[i - 1, : b - a, : a - before]
+        from scipy.linalg import eigh  # slow to load, and seldom needed
+
         values, vectors = eigh(full, lower=True, subset_by_index=[0, 1])
         lowest, second = (self._spread(vectors[:, i], starts) for i in (0, 1))
         if values[1] - values[0] < SAME * abs(values[0]):  # any plane serves: take the one with the least along y
