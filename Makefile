@@ -13,7 +13,7 @@ RUNTIME := $(VENV)/.runtime
 DEV     := $(VENV)/.dev
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test lint format bench coverage lock clean distclean
+.PHONY: help paper test fuzz lint format bench coverage lock clean distclean
 
 help: ## this list
 	@echo 'usage: make JOB [PYTHON=python3.13] [ARGS="..."]'
@@ -26,6 +26,11 @@ paper: $(RUNTIME) ## every figure and number of the paper, into paper-figures/ (
 test: export MPLBACKEND = Agg
 test: $(DEV) ## the tests (ARGS="-k elastica" for some)
 	$(BIN)/python -m pytest $(ARGS)
+
+fuzz: export MPLBACKEND = Agg
+fuzz: export DARBOUX_FUZZ = 2000
+fuzz: $(DEV) ## 2,000 random problems and 10,000 damaged files of each kind (half an hour)
+	$(BIN)/python -m pytest tests/test_any_problem.py tests/test_any_file.py $(ARGS)
 
 lint: $(DEV) ## style, format, types, and the direction of imports
 	$(BIN)/python -m ruff check

@@ -27,6 +27,11 @@ def test_a_twisted_ring_is_a_circle(link: float) -> None:
     assert x.stable
 
 
+def test_a_link_that_is_all_but_zero() -> None:
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=2.0, GJ=GJ), natural=(0, 1, 0))
+    assert dx.solve(dx.Ring(rod, link=1e-6)).link == pytest.approx(1e-6, rel=1e-4)
+
+
 @pytest.mark.parametrize(("link", "stable"), [(0.97 * CRITICAL, True), (1.03 * CRITICAL, False)])
 def test_michells_ring(link: float, stable: bool) -> None:
     """The circle loses its stability at 2 pi sqrt(3) EI / GJ; beyond, no other ring is found without contact."""

@@ -59,6 +59,8 @@ ARRAYS = {
     EQUILIBRIUM: ("s", *(name for name, *_ in STATES), *(f"d{name}_ds" for name, *_ in STATES)),
     MOTION: ("time", "s", *(name for name, *_ in RECORDS), *ENERGIES),
 }
+BEFORE_SEAL, AFTER_SEAL = b"darboux sha256 ", b" end of file\n"
+SEAL = len(BEFORE_SEAL) + 64 + len(AFTER_SEAL)  # bytes
 TEXTS = {"scenario": "the problem and the method, a scenario file", "record": "how the solve ended, as JSON"}
 
 
@@ -70,6 +72,22 @@ def save(result: EquilibriumSolution | Trajectory, path: str | Path) -> None:
     data = dataset(result)
     with files.replacing(Path(path)) as temporary:
         data.to_netcdf(temporary, engine="h5netcdf")
+        seal(temporary)
+
+
+def seal(file: Path) -> None:
+    """Append a check sum of all bytes, which HDF5 passes over: some damaged files would keep its reader busy for ever."""
+    digest = hashlib.sha256(file.read_bytes()).hexdigest().encode()
+    with file.open("ab") as end:
+        end.write(BEFORE_SEAL + digest + AFTER_SEAL)
+
+
+def _check_seal(file: Path, foreign: str) -> None:
+    content = file.read_bytes()
+    body, seal = content[:-SEAL], content[-SEAL:]
+    sealed = seal.startswith(BEFORE_SEAL) or seal.endswith(AFTER_SEAL)
+    if sealed and seal != BEFORE_SEAL + hashlib.sha256(body).hexdigest().encode() + AFTER_SEAL:
+        raise InvalidInput(f"{foreign} (its check sum differs).")
 
 
 def open(path: str | Path) -> Any:  # noqa: A001  # darboux.open
@@ -84,6 +102,7 @@ def open(path: str | Path) -> Any:  # noqa: A001  # darboux.open
         raise InvalidInput(f"{file} is no file; a result is written by: darboux solve FILE --out {file.name}.")
     foreign = f"{file} is damaged, or no result of darboux; solve its scenario again, with --out {file.name}"
     try:
+        _check_seal(file, foreign)
         with h5py.File(file, "r") as data:
             kind = data.attrs.get("kind")
             if kind not in ARRAYS:

@@ -6,7 +6,7 @@ so that a micrometre filament and a kilometre of cable give the same numbers. Po
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -168,7 +168,7 @@ def table_and_strain(problem: Equilibrium, scale: Scale, shape: Callable[[Array]
         c = columns(problem, scale, x)
         return np.concatenate([c, c[:, K0 : K0 + 3] - shape(x)], axis=1)
 
-    joint = piecewise(both, _breaks(problem, scale))
+    joint = piecewise(both, _breaks(problem, scale), vectors=[slice(-3, None)])
     parts = joint.coefficients[:, :, :-3], joint.coefficients[:, :, -3:]
     return Table(joint.breaks, np.ascontiguousarray(parts[0])), np.ascontiguousarray(parts[1])
 
@@ -177,13 +177,14 @@ def _breaks(problem: Equilibrium, scale: Scale) -> list[float]:
     return [0.0, *(s / scale.length for s in problem.breaks), 1.0]
 
 
-def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
+def piecewise(function: Callable[[Array], Array], breaks: list[float], vectors: Sequence[slice] = ()) -> Table:
     """Fit a function of x by polynomials of degree 7 on pieces that are halved until they meet the tolerance.
 
     Each piece interpolates at Chebyshev's points of the second kind and is tried half-way between them, and at 2048 points
     over the whole, so that a narrow load is not overlooked. A jump is
-    enclosed by halving, and bridged by a constant over a width of 2^-44. Raises ``InvalidInput`` where the function is
-    too rough to be followed.
+    enclosed by halving, and bridged by a constant over a width of 2^-44. Each column is measured by its own largest value,
+    those of ``vectors`` by their vector's: a component that is all but zero is rounding. Raises ``InvalidInput`` where the
+    function is too rough to be followed.
     """
     x = 0.5 - 0.5 * _POINTS
     powers = np.arange(DEGREE + 1)
@@ -192,6 +193,8 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float]) -> Table:
     everywhere = (np.arange(SAMPLES) + 0.5) / SAMPLES
     samples = function(everywhere)
     largest = np.max(np.abs(samples), axis=0)
+    for vector in vectors:
+        largest[vector] = np.max(largest[vector])
     todo = list(pairwise(breaks))[::-1]
     starts: list[float] = []
     pieces: list[Array] = []
