@@ -24,11 +24,8 @@ Frame = NDArray[np.uint8]
 
 ENDINGS = (".mp4", ".gif")
 MOST_FRAMES = 3000
-SHORTEST, LONGEST, SECONDS = (
-    2.0,
-    15.0,
-    6.0,
-)  # of a film in real time, in s; else it is slowed or sped up to about the last
+SHORTEST, LONGEST = 2.0, 15.0  # s, of a film in real time
+SECONDS = 5.0  # about which another film is slowed down or sped up to last
 DPI = 100.0
 COLOURS = 64  # of a gif
 MARGINS = (0.35, 0.35, 0.75, 0.55)  # inches around the motion
