@@ -8,6 +8,7 @@ from typing import Any
 
 import jupytext
 import matplotlib.pyplot as plt
+import nbclient
 import pytest
 
 TUTORIALS = sorted((Path(__file__).parent.parent / "docs" / "tutorials").glob("*.md"))
@@ -41,3 +42,12 @@ def test_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
 
 def test_there_are_three() -> None:
     assert [path.stem for path in TUTORIALS] == ["buckling", "first-rod", "motion"]
+
+
+def test_a_notebook_shows_every_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MPLBACKEND", raising=False)
+    notebook = jupytext.read(next(path for path in TUTORIALS if path.stem == "first-rod"))
+    nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    kinds = [set(output.get("data", {})) for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert sum("image/png" in kind for kind in kinds) == 3  # the shape, the fields, the methods
+    assert sum("text/html" in kind for kind in kinds) == 3  # the problem, the solution, the comparison

@@ -116,7 +116,7 @@ class Comparison:
         """
         from darboux.view import shapes, style
 
-        return shapes.comparison(self, ax, style.pyplot_figure)
+        return shapes.comparison(self, ax, style.shown_figure())
 
     def _repr_html_(self) -> str:
         from darboux.view import html

@@ -386,7 +386,7 @@ class EquilibriumSolution:
         """
         from darboux.view import shapes, style
 
-        return shapes.shape(self, ax, style.pyplot_figure)
+        return shapes.shape(self, ax, style.shown_figure())
 
     def plot_fields(self, *names: str, ax: Any = None) -> list[Axes]:
         """Draw fields over the arc length, each in axes of its own, as in ``plot_fields("moments", "stress")``.
@@ -397,7 +397,7 @@ class EquilibriumSolution:
         """
         from darboux.view import fields, style
 
-        return fields.fields(self, names, ax, style.pyplot_figure)
+        return fields.fields(self, names, ax, style.shown_figure())
 
     # -- for reading and for other tools -------------------------------------------------------------------------
 

@@ -194,7 +194,7 @@ class Trajectory:
         """
         from darboux.view import motion, style
 
-        return motion.motion(self, what, ax, style.pyplot_figure)
+        return motion.motion(self, what, ax, style.shown_figure())
 
     def animate(self, path: Any, *, fps: float = 25.0, speed: float | None = None) -> Path:
         """Write the motion as a film with a scale bar and a clock, mp4 or gif by the ending of ``path``; returns the path.

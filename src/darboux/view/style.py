@@ -54,11 +54,16 @@ def new_figure(width: float, height: float, layout: str | None = None) -> Figure
     return figure
 
 
-def pyplot_figure(width: float, height: float, layout: str | None = None) -> Figure:
-    """Return an empty figure that ``matplotlib.pyplot.show()`` and notebooks show."""
+def shown_figure() -> NewFigure:
+    """Return what makes empty figures that ``matplotlib.pyplot.show()`` and notebooks show.
+
+    A notebook makes pyplot interactive when its backend is loaded. That is done here, for the end of ``article`` would take the
+    setting back, and no further figure would be shown.
+    """
     import matplotlib.pyplot as plt
 
-    return plt.figure(figsize=(width, height), layout=layout)
+    plt.draw_if_interactive()  # type: ignore[no-untyped-call]  # loads the backend
+    return lambda width, height, layout: plt.figure(figsize=(width, height), layout=layout)
 
 
 @contextmanager
