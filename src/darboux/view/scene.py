@@ -217,15 +217,13 @@ class Scene:
         step: Sequence[float] | None,
         labels: tuple[str, str, str],
         *,
-        label_gap: tuple[float, float, float] | None = None,
         grid: str = "#e3e3e3",
         size: float = 9.0,
     ) -> Array:
         """Draw the three far sides of the box with a grid, and numbers along three near edges.
 
         Returns the corners (8, 3), for ``fit``. A number stands at each multiple of ``step``; None: as many as there is room
-        for in the scale that ``fit`` has set before. ``label_gap`` in points is from an edge to its label; None: clear of
-        the numbers.
+        for in the scale that ``fit`` has set before.
         """
         low, high = np.array(lowest, dtype=float), np.array(highest, dtype=float)
         near = np.where(self.camera.A[2] > 0.0, high, low)
@@ -250,7 +248,7 @@ class Scene:
                     )
         middle = self.camera.project((low + high) / 2.0)
         for i, edge in enumerate(edges):
-            self._numbers(edge, i, ticks[i], middle, labels[i], None if label_gap is None else label_gap[i], size)
+            self._numbers(edge, i, ticks[i], middle, labels[i], size)
         return corners_of(low, high)
 
     def _readable(self, edge: Array, i: int, size: float) -> Array:
@@ -285,9 +283,7 @@ class Scene:
         ends[:, i] = low[i], high[i]
         return ends
 
-    def _numbers(
-        self, edge: Array, i: int, ticks: Array, middle: Array, label: str, gap: float | None, size: float
-    ) -> None:
+    def _numbers(self, edge: Array, i: int, ticks: Array, middle: Array, label: str, size: float) -> None:
         flat = self.camera.project(edge)
         along = flat[1] - flat[0]
         normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
@@ -313,7 +309,7 @@ class Scene:
         turn = np.degrees(np.arctan2(along[1], along[0]))
         turn = (turn + 90.0) % 180.0 - 90.0
         turn = 90.0 if abs(abs(turn) - 90.0) < 1.0 else turn
-        gap = 10.0 + depth + 0.6 * size if gap is None else gap
+        gap = 10.0 + depth + 0.6 * size
         away = along * (1.0 if flat[0, 1] < flat[1, 1] else -1.0)  # from the corner that x and y share
         way = np.ptp(self.ax.transData.transform(flat), axis=0) * 72.0 / self.ax.get_figure(root=True).dpi  # type: ignore[union-attr]
         beside = max(0.0, 0.3 * size * len(label) - 0.5 * float(np.linalg.norm(way))) if i < 2 else 0.0
