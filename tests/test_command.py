@@ -24,7 +24,7 @@ from darboux import files, scenario
 from darboux.cli import EXAMPLES, app
 from darboux.cli.new import TEMPLATES
 from darboux.statics.collocation_equations import Equations
-from darboux.view import plots, terminal
+from darboux.view import terminal
 
 
 @pytest.fixture
@@ -220,7 +220,7 @@ def test_motions_that_end_early_or_can_t_be(run: Any, monkeypatch: pytest.Monkey
     result = run("simulate", "coarse.toml", "--json", "--out", "a.nc")
     sentence(result, 1, "NotConverged", "drifts", "smaller steps")
     assert json.loads(result.stdout)["status"] == "drift"
-    sentence(run("plot", "a.nc"), 2, "a.nc is a motion")
+    sentence(run("export", "a.nc"), 2, "a.nc is a motion")
     from darboux.dynamics.tr_bdf2 import _Adaptive
 
     advance = _Adaptive.advance
@@ -266,28 +266,30 @@ def test_comparing(run: Any) -> None:
 def test_pictures_of_a_result(run: Any) -> None:
     run("new", "cantilever")
     run("solve", "cantilever.toml", "--out", "a.nc", "-q")
-    for what in plots.PLOTS:
-        for ending, start in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
-            if ending != "png" and what != "moments":
-                continue
-            assert f"{what}.{ending}" in run("plot", "a.nc", "--what", what, "--out", f"{what}.{ending}").stdout
-            assert Path(f"{what}.{ending}").read_bytes().startswith(start)
+    for what, ending, start in (
+        ("shape", "png", b"\x89PNG"),
+        ("moments", "svg", b"<?xml"),
+        ("stress", "pdf", b"%PDF"),
+        ("fields", "png", b"\x89PNG"),
+    ):
+        assert f"{what}.{ending}" in run("plot", "a.nc", "--what", what, "--out", f"{what}.{ending}").stdout
+        assert Path(f"{what}.{ending}").read_bytes().startswith(start)
     assert "a-shape.png" in run("plot", "a.nc").stdout
+    sentence(run("plot", "a.nc", "--out", "a.gif"), 2, "An equilibrium does not move")
 
 
-def test_the_lines_of_a_plot_are_the_solution() -> None:
-    strip = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=3.0, GJ=0.7, EA=50.0), natural=(0, 0, 2.0), stretch=True)
-    solution = dx.solve(dx.Equilibrium(strip, loads=[dx.EndForce((1, 2, -1)), dx.EndMoment((0, 0, 0.5))]))
-    s = np.linspace(0.0, 1.0, plots.SAMPLES)
-    moments = plots.draw(solution, "moments").axes[0].lines
-    M = np.stack([line.get_ydata() for line in moments[:3]], axis=1)
-    np.testing.assert_allclose(M, np.einsum("nji,nj->ni", solution.R(s), solution.m(s)))
-    k = np.stack([line.get_ydata() for line in plots.draw(solution, "curvature").axes[0].lines[:3]], axis=1)
-    np.testing.assert_allclose(k, solution.k(s))
-    energies = [line.get_ydata() for line in plots.draw(solution, "energy").axes[0].lines]
-    found = [np.trapezoid(values, s) for values in energies]
-    energy = solution.energy
-    np.testing.assert_allclose(found, [energy.bending, energy.twist, energy.stretch], rtol=1e-4)
+def test_pictures_of_a_motion(run: Any) -> None:
+    run("new", "falling")
+    run("simulate", "falling.toml", "--out", "a.nc", "--records", "10", "-q")
+    assert "a-motion.png" in run("plot", "a.nc").stdout
+    for what, ending, start in (("shape", "svg", b"<?xml"), ("energy", "png", b"\x89PNG"), ("tip", "pdf", b"%PDF")):
+        assert run("plot", "a.nc", "--what", what, "--out", f"{what}.{ending}", "-q").output == ""
+        assert Path(f"{what}.{ending}").read_bytes().startswith(start)
+    assert "fall.gif" in run("plot", "a.nc", "--out", "fall.gif").stdout
+    assert Path("fall.gif").read_bytes().startswith(b"GIF89a")
+    sentence(run("plot", "a.nc", "--what", "moments"), 2, "'tip'")
+    sentence(run("plot", "a.nc", "--what", "tip", "--out", "tip.gif"), 2, "a film shows the shape")
+    sentence(run("plot", "a.nc", "--out", "a.doc"), 2, ".png, .svg, .pdf, .gif, .mp4")
 
 
 def test_exporting(run: Any) -> None:

@@ -18,6 +18,7 @@ from darboux.solution import EquilibriumSolution
 from darboux.statics.solve import Method, checked_method
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from rich.table import Table
 
 SAMPLES = 401  # points along s at which centrelines are held against each other
@@ -106,6 +107,21 @@ class Comparison:
             cells = ["reference", "", "", ""] if i == self.reference else numbers
             table.add_row(name, *cells, order, f"{entry.seconds:.2g} s")
         return table
+
+    def plot(self, ax: Any = None) -> Axes:
+        """Draw the centrelines over each other, and in an inset their distance from the reference along s, over L.
+
+        ``ax`` are plain axes of Matplotlib, with your own settings; small ones get no inset. None: a new figure of
+        ``pyplot``'s in our style. Returns the axes.
+        """
+        from darboux.view import shapes, style
+
+        return shapes.comparison(self, ax, style.shown_figure())
+
+    def _repr_html_(self) -> str:
+        from darboux.view import html
+
+        return html.page(self)
 
     def __rich__(self) -> Table:
         return self.table()

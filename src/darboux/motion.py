@@ -269,6 +269,11 @@ class Motion:
                     "does not stretch. Move them less or set stretch=True."
                 )
 
+    def _repr_html_(self) -> str:
+        from darboux.view import html
+
+        return html.page(self)
+
     # -- what is asked at a time ---------------------------------------------------------------------------------
 
     def position(self, at: str, t: float) -> Array:

@@ -208,6 +208,11 @@ class Equilibrium:
 
         Scenario(self, method).write(path)
 
+    def _repr_html_(self) -> str:
+        from darboux.view import html
+
+        return html.page(self)
+
     @property
     def uniform(self) -> bool:
         """True where no stiffness, natural shape or load varies along s."""

@@ -23,6 +23,7 @@ from darboux.summary import summary, vector
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -375,6 +376,29 @@ class EquilibriumSolution:
         angle = np.arctan2(np.linalg.norm(np.cross(R0[:, 2], RL[:, 2])), R0[:, 2] @ RL[:, 2])
         return float(np.linalg.norm(rL - r0)) / self.problem.rod.length, float(angle)
 
+    # -- pictures ------------------------------------------------------------------------------------------------
+
+    def plot(self, ax: Any = None) -> Axes:
+        """Draw the shape in the plane in which it lies, or in space, in a box and with its directors d1 and d2.
+
+        ``ax`` are plain axes of Matplotlib to draw on, with your own settings; None: a new figure of ``pyplot``'s in our
+        style. Lengths have one scale in all directions, in a unit that keeps their numbers short. Returns the axes.
+        """
+        from darboux.view import shapes, style
+
+        return shapes.shape(self, ax, style.shown_figure())
+
+    def plot_fields(self, *names: str, ax: Any = None) -> list[Axes]:
+        """Draw fields over the arc length, each in axes of its own, as in ``plot_fields("moments", "stress")``.
+
+        They are "curvature" (k, with the natural one behind it), "moments" (R^T m), "forces" (R^T n), "stress" (the largest
+        of the section) and "energy" (elastic, per length); without names all that the rod has. ``ax`` are as many axes; None:
+        a new figure of ``pyplot``'s. Returns the axes. Raises ``InvalidInput``.
+        """
+        from darboux.view import fields, style
+
+        return fields.fields(self, names, ax, style.shown_figure())
+
     # -- for reading and for other tools -------------------------------------------------------------------------
 
     def to_dataset(self, s: Any = None) -> xarray.Dataset:
@@ -386,3 +410,8 @@ class EquilibriumSolution:
 
     def __str__(self) -> str:
         return summary(self)
+
+    def _repr_html_(self) -> str:
+        from darboux.view import html
+
+        return html.page(self)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+NAME = 14  # letters of a line's name
 ROUNDING = 1e-12  # of a vector's largest component: what is smaller is shown as 0
 
 
@@ -30,7 +31,7 @@ def summary(solution: EquilibriumSolution) -> str:
     ]
     if solution.index is not None:
         lines.append(("stability", "stable" if solution.stable else f"unstable in {solution.index} direction(s)"))
-    return "\n".join(f"{name:<14}{text}" for name, text in lines)
+    return "\n".join(f"{name:<{NAME}}{text}" for name, text in lines)
 
 
 def vector(values: Array) -> str:

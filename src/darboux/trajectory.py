@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,11 @@ from darboux import checks
 from darboux.errors import InvalidInput, NotConverged
 from darboux.motion import Motion
 from darboux.solution import Status
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -179,6 +184,32 @@ class Trajectory:
         return Snapshot(
             float(self.times[i]), self.s, self.positions[i], self.velocities[i], self.frames[i], self.spins[i]
         )
+
+    def plot(self, what: str = "all", ax: Any = None) -> Axes | list[Axes]:
+        """Draw the motion: "shapes" (a fan coloured by time, with the paths of ends that move), "tip", "energy", or "all".
+
+        Energies of the loads count from the start, and the sum, with what was dissipated and less the work done, is level
+        where energy is kept. ``ax`` are plain axes of Matplotlib, three for "all"; None: a new figure of ``pyplot``'s in our
+        style. Returns the axes. Raises ``InvalidInput``.
+        """
+        from darboux.view import motion, style
+
+        return motion.motion(self, what, ax, style.shown_figure())
+
+    def animate(self, path: Any, *, fps: float = 25.0, speed: float | None = None) -> Path:
+        """Write the motion as a film with a scale bar and a clock, mp4 or gif by the ending of ``path``; returns the path.
+
+        ``fps`` are the pictures in a second; ``speed`` the seconds of motion in a second of film (None: 1, or what makes
+        the film last a few seconds). Raises ``InvalidInput``, also where the encoder for mp4, of the extra [view], is missing.
+        """
+        from darboux.view import animation
+
+        return animation.animate(self, path, fps, speed)
+
+    def _repr_html_(self) -> str:
+        from darboux.view import html
+
+        return html.page(self)
 
     def __repr__(self) -> str:
         return (

@@ -38,11 +38,9 @@ def compare(
 
     with waiting(f"solving {file.name} by {len(chosen)} methods", quiet or json):
         found = compared(stated.problem, chosen)
-    from darboux.view import plots, style
+    from darboux.view import shapes
 
-    with style.article():
-        figure = plots.shapes({entry.name: entry.solution for entry in found.entries})
-    write_figure(figure, path)
+    write_figure(shapes.comparison(found).get_figure(root=True), path)  # type: ignore[arg-type]
     if json:
         print_json(
             {"verdict": found.verdict, "methods": [_entry(entry) for entry in found.entries], "figure": str(path)}

@@ -2,44 +2,70 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from darboux.cli.shell import Quiet, ResultFile, equilibrium
+from darboux.cli.shell import Quiet, ResultFile
 from darboux.errors import InvalidInput
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ENDINGS = (".png", ".svg", ".pdf")
+FILMS = (".gif", ".mp4")
 
 
 def plot(
     result: ResultFile,
     what: Annotated[
-        str, typer.Option("--what", metavar="W", help="shape, moments, curvature, energy or stress.")
-    ] = "shape",
+        str | None,
+        typer.Option(
+            "--what",
+            metavar="W",
+            help="shape, curvature, moments, forces, stress, energy or fields (all of these along the rod); of a motion: motion "
+            "(all of it), shape, tip or energy.",
+        ),
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FIGURE", help="Where to draw it: .png, .svg or .pdf.")
+        Path | None,
+        typer.Option(
+            "--out", metavar="FIGURE", help="Where to draw it: .png, .svg or .pdf; a motion also as .gif or .mp4."
+        ),
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Draw a result: its shape in space, or moments, curvature, energy, stress along the rod."""
-    from darboux.view import plots
+    """Draw a result: its shape, or fields along the rod; a motion as shapes, tip and energy over time, or as a film."""
+    from darboux import store
+    from darboux.trajectory import Trajectory
 
-    path = figure_file(out, Path(f"{result.stem}-{what}.png"))
-    write_figure(plots.draw(equilibrium(result), what), path)
+    found = store.open(result)
+    moves = isinstance(found, Trajectory)
+    path = figure_file(
+        out,
+        Path(f"{result.stem}-{what or ('motion' if moves else 'shape')}.png"),
+        (*ENDINGS, *FILMS) if moves else ENDINGS,
+    )
+    if isinstance(found, Trajectory) and path.suffix.lower() in FILMS:
+        if what not in (None, "shape"):
+            raise InvalidInput(f"--what is {what!r}, but a film shows the shape; leave it out, or draw a .png.")
+        found.animate(path)
+    else:
+        from darboux.view import plots
+
+        write_figure(plots.draw(found, what), path)
     if not quiet:
         typer.echo(f"Drawn in {path}")
 
 
-def figure_file(asked: Path | None, default: Path) -> Path:
+def figure_file(asked: Path | None, default: Path, endings: Sequence[str] = ENDINGS) -> Path:
     """Return where a figure goes, or say which endings there are."""
     path = asked or default
-    if path.suffix.lower() not in ENDINGS:
-        raise InvalidInput(f"--out is {str(path)!r}; a figure's name ends in {', '.join(ENDINGS)}.")
+    if path.suffix.lower() not in endings:
+        film = " An equilibrium does not move." if path.suffix.lower() in FILMS else ""
+        raise InvalidInput(f"--out is {str(path)!r}; a figure's name ends in {', '.join(endings)}.{film}")
     return path
 
 

@@ -618,7 +618,7 @@ def _figure7(part: Part) -> Figure:
             camera = Camera(azimuth=-62.0, elevation=elevation)
             scene = Scene.at(figure, (0.1 + 3.95 * column, top - 3.35, 3.85, 3.0), camera)
             low, high = boxes[name]
-            corners = scene.box(low, high, (0.5, 0.5, 0.5), labels, label_gap=(25.0, 27.0, 32.0))
+            corners = scene.box(low, high, (0.5, 0.5, 0.5), labels)
             s = np.linspace(0.0, cases.FIGURE7_LENGTH, 641)
             if reading == "b":
                 scene.curve(part.solutions[f"{name}.natural"].r(s), width=1.7, colour="#c9c9c9", halo=0.7, zorder=2.0)

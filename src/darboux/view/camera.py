@@ -24,6 +24,20 @@ class Camera:
     azimuth: float = -60.0
     elevation: float = 20.0
 
+    @classmethod
+    def facing(cls, normal: Any) -> Camera:
+        """Return the camera that looks along the normal (3,) of a plane, from the side on which its axes run forward.
+
+        A plane x z, y z or x y is seen with its first axis to the right and the second upwards.
+        """
+        n = np.asarray(normal, dtype=float)
+        if abs(n[2]) > 1.0 - 1e-9:
+            return cls(-90.0, 90.0)
+        azimuth, elevation = np.degrees([np.arctan2(n[1], n[0]), np.arcsin(np.clip(n[2], -1.0, 1.0))])
+        camera = cls(float(azimuth), float(elevation))
+        right = camera.A[0]
+        return camera if right[np.argmax(np.abs(right))] > 0.0 else cls(camera.azimuth + 180.0, -camera.elevation)
+
     @cached_property
     def A(self) -> Array:
         """The rotation (3, 3) from the fixed frame to the picture: rows right, up, towards the viewer."""

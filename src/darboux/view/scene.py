@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.view.camera import Camera
-from darboux.view.style import BLACK, axes_at
+from darboux.view.look import corners_of
+from darboux.view.style import BLACK, axes_at, size_of
 from darboux.view.tube import Faces
 
 if TYPE_CHECKING:
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Margins = tuple[float, float, float, float]
+
+MOST_NUMBERS = 5  # along an edge of a box, about
+CORNER = 0.9  # of the type's size: free of numbers at the ends of an edge
 
 
 @dataclass(frozen=True)
@@ -41,8 +45,7 @@ class Scene:
         """Choose the scale: the points fill the axes up to ``margins`` (left, right, bottom, top in inches)."""
         flat = self.camera.project(points).reshape(-1, 2)
         low, high = flat.min(axis=0), flat.max(axis=0)
-        figure = self.ax.get_figure(root=True)
-        size = np.array(self.ax.get_position().size) * figure.get_size_inches()  # type: ignore[union-attr]
+        size = size_of(self.ax)
         room = size - np.array([margins[0] + margins[1], margins[2] + margins[3]])
         scale = float(np.max((high - low) / room))  # units per inch
         middle = (low + high) / 2.0 - scale * np.array([margins[0] - margins[1], margins[2] - margins[3]]) / 2.0
@@ -171,7 +174,7 @@ class Scene:
         """Write at a point (3,), moved by ``offset`` points on the page, on a white ``halo``."""
         from matplotlib.patheffects import Normal, Stroke
 
-        style = {"ha": "center", "va": "center", "zorder": 9.0, **style}
+        style = {"ha": "center", "va": "center", "zorder": 9.0, "in_layout": False, **style}  # within the axes' margins
         if halo:
             style["path_effects"] = [Stroke(linewidth=2.0 * halo, foreground="white", alpha=0.85), Normal()]
         x, y = self.camera.project(point)
@@ -211,24 +214,28 @@ class Scene:
         self,
         lowest: Sequence[float],
         highest: Sequence[float],
-        step: Sequence[float],
+        step: Sequence[float] | None,
         labels: tuple[str, str, str],
         *,
-        label_gap: tuple[float, float, float] = (27.0, 27.0, 30.0),
         grid: str = "#e3e3e3",
         size: float = 9.0,
     ) -> Array:
         """Draw the three far sides of the box with a grid, and numbers along three near edges.
 
-        Returns the corners (8, 3), for ``fit``. A number stands at each multiple of ``step``.
+        Returns the corners (8, 3), for ``fit``. A number stands at each multiple of ``step``; None: as many as there is room
+        for in the scale that ``fit`` has set before.
         """
         low, high = np.array(lowest, dtype=float), np.array(highest, dtype=float)
         near = np.where(self.camera.A[2] > 0.0, high, low)
         far = np.where(self.camera.A[2] > 0.0, low, high)
-        ticks = [_multiples(low[i], high[i], step[i]) for i in range(3)]
-        for i in (0, 1):  # at the corners the numbers of two axes would meet
-            inside = (ticks[i] > low[i] + 0.1 * step[i]) & (ticks[i] < high[i] - 0.1 * step[i])
-            ticks[i] = ticks[i][inside]
+        edges = [self._edge(i, low, high, near, far) for i in range(3)]
+        if step is None:
+            ticks = [self._readable(edge, i, size) for i, edge in enumerate(edges)]
+        else:
+            ticks = [_multiples(low[i], high[i], step[i]) for i in range(3)]
+            for i in (0, 1):  # at the corners the numbers of two axes would meet
+                inside = (ticks[i] > low[i] + 0.1 * step[i]) & (ticks[i] < high[i] - 0.1 * step[i])
+                ticks[i] = ticks[i][inside]
         for side in range(3):  # the far side across axis `side`
             for i in (j for j in range(3) if j != side):
                 k = 3 - side - i
@@ -240,10 +247,28 @@ class Scene:
                         ends, color="#c4c4c4" if border else grid, lw=0.8 if border else 0.6, zorder=0.5 + 0.1 * border
                     )
         middle = self.camera.project((low + high) / 2.0)
-        for i in range(3):
-            edge = self._edge(i, low, high, near, far)
-            self._numbers(edge, i, ticks[i], middle, labels[i], label_gap[i], size)
-        return np.array([[(low, high)[b >> i & 1][i] for i in range(3)] for b in range(8)])
+        for i, edge in enumerate(edges):
+            self._numbers(edge, i, ticks[i], middle, labels[i], size)
+        return corners_of(low, high)
+
+    def _readable(self, edge: Array, i: int, size: float) -> Array:
+        """Return round values along an edge of axis i whose numbers do not touch each other or those of the next edge."""
+        pixels = self.ax.transData.transform(self.camera.project(edge))
+        way = (pixels[1] - pixels[0]) * 72.0 / self.ax.get_figure(root=True).dpi  # type: ignore[union-attr]  # in points
+        low, high = edge[:, i]
+        clear = CORNER * size * (high - low) / np.linalg.norm(way) if i < 2 else 0.0
+        found = np.empty(0)
+        for step in _nice_steps((high - low) / MOST_NUMBERS):
+            if len(found) == 0:  # at least one, in the middle
+                found = np.array([step * np.round(0.5 * (low + high) / step)]) + 0.0
+            ticks = _multiples(low + clear, high - clear, step)
+            if len(ticks) == 0:
+                return np.asarray(found[[len(found) // 2]])
+            found = ticks
+            room = np.abs(way) * step / (high - low)
+            if room[0] >= _width(ticks, size) + 0.5 * size or room[1] >= 1.4 * size:
+                break
+        return found
 
     def _edge(self, i: int, low: Array, high: Array, near: Array, far: Array) -> Array:
         """Return the ends (2, 3) of the edge that carries the numbers of axis i: low in the front, or on the left."""
@@ -258,12 +283,13 @@ class Scene:
         ends[:, i] = low[i], high[i]
         return ends
 
-    def _numbers(self, edge: Array, i: int, ticks: Array, middle: Array, label: str, gap: float, size: float) -> None:
+    def _numbers(self, edge: Array, i: int, ticks: Array, middle: Array, label: str, size: float) -> None:
         flat = self.camera.project(edge)
         along = flat[1] - flat[0]
         normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
         if normal @ (flat.mean(axis=0) - middle) < 0.0:
             normal = -normal
+        depth = _width(ticks, size) * abs(normal[0]) + 0.8 * size * abs(normal[1])  # of the numbers, along the normal
         self.ax.plot(*flat.T, color="#4d4d4d", lw=0.8, zorder=0.8)
         for value in ticks:
             point = edge[0].copy()
@@ -276,20 +302,43 @@ class Scene:
                 textcoords="offset points",
                 arrowprops={"arrowstyle": "-", "lw": 0.8, "color": "#4d4d4d", "shrinkA": 0.0, "shrinkB": 0.0},
                 annotation_clip=False,
+                in_layout=False,
             )
-            words = f"{value:g}".replace("-", "\N{MINUS SIGN}")
-            self.text(point, words, (11.0 * normal[0], 10.0 * normal[1]), fontsize=size)
+            out = 6.0 + 0.5 * depth
+            self.text(point, _words(value), (out * normal[0], out * normal[1]), fontsize=size)
         turn = np.degrees(np.arctan2(along[1], along[0]))
         turn = (turn + 90.0) % 180.0 - 90.0
         turn = 90.0 if abs(abs(turn) - 90.0) < 1.0 else turn
+        gap = 10.0 + depth + 0.6 * size
+        away = along * (1.0 if flat[0, 1] < flat[1, 1] else -1.0)  # from the corner that x and y share
+        way = np.ptp(self.ax.transData.transform(flat), axis=0) * 72.0 / self.ax.get_figure(root=True).dpi  # type: ignore[union-attr]
+        beside = max(0.0, 0.3 * size * len(label) - 0.5 * float(np.linalg.norm(way))) if i < 2 else 0.0
+        offset = gap * normal + beside * away / np.linalg.norm(away)
         self.text(
             edge.mean(axis=0),
             label,
-            (gap * normal[0], gap * normal[1]),
+            (float(offset[0]), float(offset[1])),
             fontsize=size + 1.0,
             rotation=turn,
             rotation_mode="anchor",
         )
+
+
+def _words(value: float) -> str:
+    return f"{value:g}".replace("-", "\N{MINUS SIGN}")
+
+
+def _width(ticks: Array, size: float) -> float:
+    """Return about how wide the longest number is, in points."""
+    return 0.5 * size * max(len(_words(value)) for value in ticks) if len(ticks) else 0.0
+
+
+def _nice_steps(least: float) -> Iterator[float]:
+    """Yield 1, 2, 5 times the powers of ten that are at least ``least``, ascending."""
+    power = 10.0 ** np.floor(np.log10(least))
+    while True:
+        yield from (float(digit * power) for digit in (1.0, 2.0, 5.0) if digit * power >= least * (1.0 - 1e-9))
+        power *= 10.0
 
 
 def _multiples(low: float, high: float, step: float) -> Array:

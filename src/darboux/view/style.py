@@ -5,60 +5,29 @@ Nothing is drawn and no setting of Matplotlib's is changed at import; ``article(
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 
+from darboux import checks
+from darboux.errors import InvalidInput
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+NewFigure = Callable[[float, float, str | None], "Figure"]
+
 # Okabe and Ito's colours (https://jfly.uni-koeln.de/color), ordered so that neighbours differ in lightness too.
 BLACK, BLUE, VERMILION, GREEN, SKY, ORANGE = "#1b1b1b", "#0072b2", "#d55e00", "#009e73", "#56b4e9", "#e69f00"
 GREY, PALE = "#7a7a7a", "#d9d9d9"
+SHEET = Path(__file__).with_name("article.mplstyle")
 DIRECTORS = ("#c44601", "#3f9bd1", "#1b1b1b")  # d1, d2, d3: middle, light and dark in grey
-
-_SETTINGS: dict[str, Any] = {
-    "font.family": ["STIXGeneral", "DejaVu Serif"],  # both come with Matplotlib
-    "mathtext.fontset": "stix",
-    "font.size": 11.0,
-    "axes.titlesize": 11.0,
-    "axes.labelsize": 11.0,
-    "xtick.labelsize": 10.0,
-    "ytick.labelsize": 10.0,
-    "legend.fontsize": 10.0,
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "legend.columnspacing": 1.6,
-    "text.color": BLACK,
-    "axes.labelcolor": BLACK,
-    "axes.edgecolor": "#4d4d4d",
-    "xtick.color": "#4d4d4d",
-    "ytick.color": "#4d4d4d",
-    "xtick.labelcolor": BLACK,
-    "ytick.labelcolor": BLACK,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "axes.linewidth": 0.8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "axes.unicode_minus": True,
-    "grid.color": "#e3e3e3",
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 1.8,
-    "lines.solid_capstyle": "round",
-    "figure.facecolor": "white",
-    "axes.facecolor": "white",
-    "savefig.facecolor": "white",
-    "hatch.linewidth": 0.8,
-    "svg.fonttype": "path",  # the same letters on every machine
-    "svg.hashsalt": "darboux",  # the same file from the same numbers
-}
 
 
 @contextmanager
@@ -66,18 +35,114 @@ def article() -> Iterator[None]:
     """Draw in our style inside the block; Matplotlib's own settings are as before after it."""
     with mpl.rc_context():
         mpl.rcdefaults()  # a reader's own settings must not reach into the paper's figures
-        mpl.rcParams.update(_SETTINGS)  # type: ignore[arg-type,unused-ignore]  # the names are literals from 3.11 on
+        mpl.rcParams.update(_settings())
         yield
 
 
-def new_figure(width: float, height: float) -> Figure:
+@cache
+def _settings() -> Any:
+    return mpl.rc_params_from_file(SHEET, use_default_template=False)
+
+
+def new_figure(width: float, height: float, layout: str | None = None) -> Figure:
     """Return an empty figure of ``width`` by ``height`` inches that no window and no global list knows of."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), facecolor="white")
+    figure = Figure(figsize=(width, height), facecolor="white", layout=layout)  # type: ignore[arg-type]
     FigureCanvasAgg(figure)
     return figure
+
+
+def shown_figure() -> NewFigure:
+    """Return what makes empty figures that ``matplotlib.pyplot.show()`` and notebooks show.
+
+    A notebook makes pyplot interactive when its backend is loaded. That is done here, for the end of ``article`` would take the
+    setting back, and no further figure would be shown.
+    """
+    import matplotlib.pyplot as plt
+
+    plt.draw_if_interactive()  # type: ignore[no-untyped-call]  # loads the backend
+    return lambda width, height, layout: plt.figure(figsize=(width, height), layout=layout)
+
+
+@contextmanager
+def axes_for(ax: Any, width: float, height: float, new: NewFigure) -> Iterator[Axes]:
+    """Lend the reader's axes ``ax`` under the reader's settings; if None, those of a new figure, in inches, in our style.
+
+    Raises ``InvalidInput`` where ``ax`` is something else.
+    """
+    if ax is not None:
+        yield checked_axes(ax)
+        return
+    with article():
+        figure = new(width, height, "constrained")
+        yield figure.add_subplot()
+
+
+@contextmanager
+def panels_for(ax: Any, count: int, width: float, height: float, new: NewFigure) -> Iterator[list[Axes]]:
+    """Lend the reader's ``count`` axes, as one or a sequence; if None, those of a new figure one above the other.
+
+    ``height`` is that of one. Raises ``InvalidInput`` where ``ax`` is something else.
+    """
+    if ax is not None:
+        given = list(np.ravel(np.array(ax, dtype=object)))
+        if len(given) != count:
+            raise InvalidInput(f"ax holds {len(given)} axes; {count} are wanted, as from subplots({count}).")
+        yield [checked_axes(one) for one in given]
+        return
+    with article():
+        figure = new(width, height * count, "constrained")
+        yield list(figure.subplots(count, sharex=True, squeeze=False)[:, 0])
+
+
+def checked_axes(ax: Any) -> Axes:
+    """Return axes of a plane, or say what is wanted."""
+    from matplotlib.axes import Axes
+
+    checks.instance("ax", ax, Axes, "axes of Matplotlib, as from matplotlib.pyplot.subplots()")
+    if ax.name != "rectilinear":
+        raise InvalidInput(
+            f"ax is of the projection {ax.name!r}; give plain axes: what lies in space is drawn on them as seen by a camera."
+        )
+    return ax  # type: ignore[no-any-return]
+
+
+def settle(ax: Axes) -> None:
+    """Let the layout of the figure, where it has one, place the axes before their size is read; makes the ticks, too."""
+    figure = ax.get_figure(root=True)
+    engine = figure.get_layout_engine()  # type: ignore[union-attr]
+    if engine is not None:
+        engine.execute(figure)  # type: ignore[arg-type]
+
+
+def size_of(ax: Axes) -> Any:
+    """Return width and height of the axes in inches."""
+    return np.array(ax.get_position(original=True).size) * ax.get_figure(root=True).get_size_inches()  # type: ignore[union-attr]
+
+
+def legend_on_top(ax: Axes, kept: float = 0.0) -> None:
+    """Write the legend in the settled axes' upper edge and make room for it above the data; ``kept`` inches are free there.
+
+    It has as few rows as fit; small axes get small letters.
+    """
+    entries = ax.get_legend_handles_labels()
+    plain: dict[str, Any] = {}
+    small: dict[str, Any] = {"fontsize": "small", "handlelength": 1.8, "columnspacing": 1.0, "labelspacing": 0.2}
+    for columns, look in [(len(entries[1]), plain), *((n, small) for n in range(len(entries[1]), 0, -1))]:
+        legend = ax.legend(*entries, loc="upper center", ncols=columns, borderaxespad=0.2, **look)
+        box = legend.get_window_extent()
+        if box.width <= ax.bbox.width:
+            break
+    dpi = ax.get_figure(root=True).dpi  # type: ignore[union-attr]
+    share = float(np.clip((1.06 * box.height - kept * dpi) / ax.bbox.height, 0.0, 0.7))
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, low + (high - low) / (1.0 - share))
+    if ax.get_aspect() != "auto":
+        left, right = ax.get_xlim()
+        wider = 0.5 * (right - left) * share / (1.0 - share)
+        ax.set_xlim(left - wider, right + wider)
 
 
 def save(figure: Figure, folder: Path, stem: str, dpi: float = 200.0) -> None:
