@@ -13,14 +13,19 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 
+from darboux.view.palette import BLACK as BLACK
+from darboux.view.palette import BLUE as BLUE
+from darboux.view.palette import DIRECTORS as DIRECTORS
+from darboux.view.palette import GREEN as GREEN
+from darboux.view.palette import GREY as GREY
+from darboux.view.palette import ORANGE as ORANGE
+from darboux.view.palette import PALE as PALE
+from darboux.view.palette import SKY as SKY
+from darboux.view.palette import VERMILION as VERMILION
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-# Okabe and Ito's colours (https://jfly.uni-koeln.de/color), ordered so that neighbours differ in lightness too.
-BLACK, BLUE, VERMILION, GREEN, SKY, ORANGE = "#1b1b1b", "#0072b2", "#d55e00", "#009e73", "#56b4e9", "#e69f00"
-GREY, PALE = "#7a7a7a", "#d9d9d9"
-DIRECTORS = ("#c44601", "#3f9bd1", "#1b1b1b")  # d1, d2, d3: middle, light and dark in grey
 
 _SETTINGS: dict[str, Any] = {
     "font.family": ["STIXGeneral", "DejaVu Serif"],  # both come with Matplotlib

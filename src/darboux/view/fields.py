@@ -1,0 +1,82 @@
+"""What a rod's surface can show by its colour: fields along the rod, and stress on the section's outline, with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import stress
+from darboux.view.shape import Shape
+
+Array = NDArray[np.float64]
+
+PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
+CONSTANT = 1e-6  # of the largest value: a field that varies by less is drawn as one colour
+
+
+@dataclass(frozen=True)
+class Field:
+    """``words`` for people, the SI ``unit``, and ``along`` of a shape: values (n,)."""
+
+    words: str
+    unit: str
+    along: Callable[[Shape], Array]
+
+
+FIELDS = {
+    "curvature": Field("curvature", "1/m", lambda shape: np.hypot(shape.k[:, 0], shape.k[:, 1])),
+    "twist": Field("twist", "1/m", lambda shape: shape.k[:, 2]),
+    "moment": Field("moment", "N m", lambda shape: np.linalg.norm(shape.forces[:, 3:], axis=1)),
+    "force": Field("force", "N", lambda shape: np.linalg.norm(shape.forces[:, :3], axis=1)),
+    "tension": Field("tension", "N", lambda shape: shape.forces[:, 2]),
+    "stress": Field("von Mises stress", "Pa", lambda shape: np.max(on_surface("stress", shape, OUTLINE), axis=1)),
+    "energy": Field("elastic energy", "J/m", lambda shape: 0.5 * np.sum(shape.strains * shape.forces, axis=1)),
+    "speed": Field("speed", "m/s", lambda shape: np.linalg.norm(shape.velocity, axis=1)),  # type: ignore[arg-type]
+}
+OUTLINE = np.linspace(0.0, 4.0, 65)
+
+
+def known(shape: Shape) -> list[str]:
+    """Return the fields that this shape has."""
+    missing = set()
+    if shape.velocity is None:
+        missing |= {"speed"}
+    else:
+        missing |= {"force"}  # of which the discrete rod in motion keeps the axial part only
+    if not shape.axial_force_known:
+        missing |= {"tension", "stress"}
+    if not shape.rod.section.has_shape:
+        missing |= {"stress"}
+    return [name for name in FIELDS if name not in missing]
+
+
+def on_surface(name: str, shape: Shape, p: Array, hole: bool = False) -> Array:
+    """Return a field (n, m) on the section's outline at the places p (m,), or on the wall of its hole."""
+    if name != "stress":
+        return np.broadcast_to(FIELDS[name].along(shape)[:, None], (len(shape.s), len(p)))
+    section = shape.rod.section
+    size = section.hole(shape.s) if hole else np.ones_like(shape.s)
+    return stress.von_mises(shape.rod, shape.s, shape.forces[:, 2], shape.forces[:, 3:], p, size)
+
+
+def span(values: list[Array]) -> tuple[float, float]:
+    """Return the least and the largest value; of a constant field a little more on either side."""
+    low = min(float(np.min(x)) for x in values)
+    high = max(float(np.max(x)) for x in values)
+    size = max(abs(low), abs(high))
+    if high - low > CONSTANT * size and size > 0.0:
+        return low, high
+    middle = 0.5 * (low + high)
+    room = 0.1 * abs(middle) if abs(middle) > 1e-290 else 1.0
+    return middle - room, middle + room
+
+
+def readable(unit: str, size: float) -> tuple[str, float]:
+    """Return the unit with the prefix that makes ``size`` a number from 1 to 1000, and that unit in SI."""
+    if unit.startswith("1/") or not np.isfinite(size) or size <= 0.0:
+        return unit, 1.0
+    power = int(np.clip(3 * np.floor(np.log10(size * (1.0 + 1e-12)) / 3.0), min(PREFIXES), max(PREFIXES)))
+    return f"{PREFIXES[power]}{unit}", 10.0**power
