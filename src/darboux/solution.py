@@ -148,6 +148,18 @@ class EquilibriumSolution:
 
         store.save(self, path)
 
+    def view(self, **options: Any) -> Any:
+        """Show the rod in space: a window, or a picture as in ``view(field="stress", out="rod.png")``; see ``view.space.view``."""
+        from darboux.view import space
+
+        return space.view(self, **options)
+
+    def export(self, path: Any, **options: Any) -> None:
+        """Write the rod for other programs: .vtp, .vtk, .glb, .gltf, .stl or .csv; the options are ``view.export.export``'s."""
+        from darboux.view import export
+
+        export.export(self, path, **options)
+
     def __eq__(self, other: object) -> bool:
         """Return whether all is the same: the problem, the method, the states at the nodes, how it was solved."""
         if not isinstance(other, EquilibriumSolution):

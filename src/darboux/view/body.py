@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,12 @@ Array = NDArray[np.float64]
 
 THINNEST = 0.03  # of the picture's extent
 FLATTEST = 8.0  # to which a section without shape is drawn
-STRIPES = ((1.0, 0.0, 0.07), (0.0, 1.0, 0.022), (-1.0, 0.0, 0.022), (0.0, -1.0, 0.022))  # towards d1, d2; width over outline
+STRIPES = (
+    (1.0, 0.0, 0.07),
+    (0.0, 1.0, 0.022),
+    (-1.0, 0.0, 0.022),
+    (0.0, -1.0, 0.022),
+)  # towards d1, d2; width over outline
 CROWDED = 0.8  # of the radius of curvature, to which half a thickness may grow
 QUARTER = 16  # faces on a quarter of the outline
 LID = "#e9e6dc"
@@ -72,22 +78,23 @@ def _round_number(value: float, up: bool = True) -> float:
     return float(min(x for x in steps if x >= value * (1.0 - 1e-9)) if up else max(x for x in steps if x <= value))
 
 
-def places(section: Section) -> tuple[Array, Array]:
+def places(section: Section, quarter: int = QUARTER) -> tuple[Array, Array]:
     """Return places p (m,) round the outline, and to the stripe of which each face from p to the next belongs (m,).
 
+    ``quarter`` is how many faces lie on a quarter of it.
     0: none, 1: the broad stripe along d1, 2: the fine ones along d2, -d1 and -d2.
     """
     fine = np.linspace(0.0, 4.0, 1601)
     x = section.outline(np.zeros(1), fine[None])[0]
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(x, axis=0), axis=1))])
-    p = list(np.linspace(0.0, 4.0, 4 * QUARTER, endpoint=False))
+    p = list(np.linspace(0.0, 4.0, 4 * quarter, endpoint=False))
     ends = []
     for towards1, towards2, width in STRIPES:
         ahead, aside = x @ [towards1, towards2], x @ [-towards2, towards1]
         middle = along[np.argmin(np.where(ahead > 0.0, np.abs(aside), np.inf))]
         edges = np.interp((middle + np.array([-0.5, 0.5]) * width * along[-1]) % along[-1], along, fine) % 4.0
         ends.append(edges)
-        p = [a for a in p if min(abs(a - edge) for edge in edges) > 0.2 / QUARTER or a == round(a)] + list(edges)
+        p = [a for a in p if min(abs(a - edge) for edge in edges) > 0.2 / quarter or a == round(a)] + list(edges)
     result = np.unique(np.round(p, 12))
     middles = result + 0.5 * ((np.roll(result, -1) - result) % 4.0)
     stripe = np.zeros(len(result), dtype=int)
@@ -112,10 +119,18 @@ class Body:
     hollow: bool
 
     @classmethod
-    def of(cls, shape: Shape, drawn: Drawn) -> Body:
-        """Return the surface of a shape, closed, drawn in this way."""
-        p, stripe = places(drawn.section)
+    def of(
+        cls,
+        shape: Shape,
+        drawn: Drawn,
+        thickness: Callable[[Array], Array] | None = None,
+        quarter: int = QUARTER,
+    ) -> Body:
+        """Return the surface of a shape, closed, drawn in this way; ``thickness`` multiplies it along x = s / L."""
+        p, stripe = places(drawn.section, quarter)
         outline, hole = drawn.outline(shape.s, p), drawn.section.hole(shape.s)
+        if thickness is not None:
+            outline = thickness(shape.s / shape.s[-1])[:, None, None] * outline
         n, m = len(shape.s), len(p)
         rings = sweep(shape.r, shape.R, outline).reshape(-1, 3)
         outside = wall(n, m)
@@ -135,6 +150,11 @@ class Body:
             faces, hollow = np.concatenate([outside, ends]), True
         marked = np.concatenate([marked, np.full(len(faces) - len(marked), 3)])
         return cls(shape, drawn, p, points, faces, marked, hollow)
+
+    def along(self, values: Array) -> Array:
+        """Return what is given along the rod, (n,) or (n, 3), at the points (k,)."""
+        rings = np.repeat(values, len(self.p), axis=0)
+        return np.concatenate([rings, rings if self.hollow else values[[0, -1]]])
 
     def values(self, name: str) -> Array:
         """Return a field at the points (k,)."""

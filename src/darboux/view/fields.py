@@ -14,6 +14,7 @@ from darboux.view.shape import Shape
 Array = NDArray[np.float64]
 
 PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
+OUTLINE: Array = np.linspace(0.0, 4.0, 65)
 CONSTANT = 1e-6  # of the largest value: a field that varies by less is drawn as one colour
 
 
@@ -36,7 +37,6 @@ FIELDS = {
     "energy": Field("elastic energy", "J/m", lambda shape: 0.5 * np.sum(shape.strains * shape.forces, axis=1)),
     "speed": Field("speed", "m/s", lambda shape: np.linalg.norm(shape.velocity, axis=1)),  # type: ignore[arg-type]
 }
-OUTLINE = np.linspace(0.0, 4.0, 65)
 
 
 def known(shape: Shape) -> list[str]:

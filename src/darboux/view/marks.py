@@ -1,4 +1,4 @@
-"""Supports and loads as marks that a mechanician knows: blocks, cones, rollers, coils; arrows for forces, turning ones for moments."""
+"""Supports and loads as marks that a mechanician knows: blocks, cones, rollers, coils; straight and turning arrows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux.loads import Distributed, Foundation, Gravity, LineCouple, LineForce, Rotation
 from darboux.natural import smallest_rotation
-from darboux.problem import Equilibrium
+from darboux.problem import Equilibrium, Ring
 from darboux.supports import Support
 from darboux.view.fields import readable
 from darboux.view.palette import GREEN, ORANGE, VERMILION
@@ -78,22 +78,31 @@ class Marks:
         normal /= np.linalg.norm(normal)
         for side in (-1.0, 1.0):
             middle = centre + side * max(0.9 * self.thickness, 0.45 * self.size) * normal
-            rods.append(turned(middle - 1.3 * self.size * along, middle + 1.3 * self.size * along, [0.07 * self.size] * 2, JOINT))
+            rods.append(
+                turned(
+                    middle - 1.3 * self.size * along, middle + 1.3 * self.size * along, [0.07 * self.size] * 2, JOINT
+                )
+            )
         return rods
 
     def _free_ways(self, r: Array, outward: Array | None) -> list[Solid]:
         """Thin arrows along all axes: held in orientation, free to move."""
         centre = r if outward is None else r + 0.3 * self.size * outward
-        return [part for axis in np.vstack([np.eye(3), -np.eye(3)]) for part in arrow(centre, 1.1 * self.size * axis, 0.03 * self.size, JOINT)]
+        return [
+            part
+            for axis in np.vstack([np.eye(3), -np.eye(3)])
+            for part in arrow(centre, 1.1 * self.size * axis, 0.03 * self.size, JOINT)
+        ]
 
-    def _below(self, r: Array, R: Array, outward: Array | None, slides: list[Array]) -> Array:
+    def below(self, r: Array, R: Array, outward: Array | None, slides: list[Array]) -> Array:
         """Return the direction from the rod to the ground: across what slides, downwards where it can be."""
         tangent = R[:, 2] if outward is None else -outward
         for wanted in (-E3, -self._right, outward if outward is not None else self._right, E3):
             way = np.array(wanted)
             for axis in slides[:1]:
                 way = way - (way @ axis) * axis
-            if np.linalg.norm(way) > 0.5 and way @ tangent < 0.8 * np.linalg.norm(way):
+            into = abs(way @ tangent) if outward is None else way @ tangent
+            if np.linalg.norm(way) > 0.5 and into < 0.8 * np.linalg.norm(way):
                 return np.asarray(way / np.linalg.norm(way))
         return np.asarray(smallest_rotation(E3, slides[0])[:, 0] if slides else -tangent)
 
@@ -105,7 +114,7 @@ class Marks:
 
     def _stand(self, support: Support, r: Array, R: Array, outward: Array | None, slides: list[Array]) -> list[Solid]:
         """A ball, or an axle, on a cone; on rollers where it slides."""
-        below = self._below(r, R, outward, slides)
+        below = self.below(r, R, outward, slides)
         height, radius = 0.75 * self.size, 0.42 * self.size
         base = r + height * below
         axles = [support.rotation_axes[:, i] for i in range(3) if not support.held_rotation[i]]
@@ -122,17 +131,21 @@ class Marks:
         if slides:
             for side in (-0.55, 0.55):
                 centre = base + wheel * below + side * radius * across
-                parts.append(turned(centre - radius * frame[:, 1], centre + radius * frame[:, 1], [wheel, wheel], JOINT))
+                parts.append(
+                    turned(centre - radius * frame[:, 1], centre + radius * frame[:, 1], [wheel, wheel], JOINT)
+                )
             base = base + 2.0 * wheel * below
         length = 3.2 if slides else 2.6
-        parts.append(box(base + 0.05 * self.size * below, frame, (length * radius, 2.6 * radius, 0.1 * self.size), GROUND))
+        parts.append(
+            box(base + 0.05 * self.size * below, frame, (length * radius, 2.6 * radius, 0.1 * self.size), GROUND)
+        )
         return parts
 
     def _spring(self, stiffness: Array, r: Array, R: Array, outward: Array | None, turns: bool) -> list[Solid]:
         """A coil to the ground along the stiffest direction; a flat spiral about it where it resists turning."""
         value, vectors = np.linalg.eigh(stiffness)
         same = value[0] > 0.99 * value[-1]
-        axis = self._below(r, R, outward, []) if same else vectors[:, -1]
+        axis = self.below(r, R, outward, []) if same else vectors[:, -1]
         if turns:
             axis = self.towards if same else axis
             frame = smallest_rotation(E3, axis)
@@ -151,7 +164,9 @@ class Marks:
 
     # -- loads ---------------------------------------------------------------------------------------------------
 
-    def force(self, r: Array, vector: Array, longest: float, outward: Array | None, words: str) -> tuple[list[Solid], Label]:
+    def force(
+        self, r: Array, vector: Array, longest: float, outward: Array | None, words: str
+    ) -> tuple[list[Solid], Label]:
         """Return an arrow that pulls at r, or pushes on it, and its label."""
         size = float(np.linalg.norm(vector))
         way = vector / size
@@ -166,7 +181,7 @@ class Marks:
         """Return a moment at r: an arrow that turns about its axis, or one with two heads where that is seen from the side."""
         axis = vector / np.linalg.norm(vector)
         if abs(axis @ self.towards) >= FACING:
-            reach = max(0.8 * self.size, 1.2 * self.thickness)
+            reach = max(1.1 * self.size, self.thickness)
             up = np.cross(self.towards, self._right)
             return turning_arrow(r, axis, reach, 0.05 * self.size, GREEN), Label(r + 1.15 * reach * up, words, up)
         length = 2.0 * self.size
@@ -182,7 +197,11 @@ class Marks:
             if size < 0.04 * longest:
                 continue
             reach = 1.2 * self.size * vector / longest
-            start = point + 0.6 * self.thickness * vector / size if couple else point - reach - 0.6 * self.thickness * vector / size
+            start = (
+                point + 0.6 * self.thickness * vector / size
+                if couple
+                else point - reach - 0.6 * self.thickness * vector / size
+            )
             parts += arrow(start, reach, 0.035 * self.size, GREEN if couple else ORANGE, heads=2 if couple else 1)
         return parts
 
@@ -190,7 +209,9 @@ class Marks:
 def supports(marks: Marks, problem: Equilibrium, shape: Shape, held: Any = None) -> list[Solid]:
     """Return the marks of all supports; ``held`` says of "start" and "end" whether they hold at this time."""
     parts: list[Solid] = []
-    ends = (("start", 0, -1.0), ("end", -1, 1.0))
+    if isinstance(problem, Ring):
+        parts += marks.support(problem.start, shape.r[0], shape.R[0], None)
+    ends = () if isinstance(problem, Ring) else (("start", 0, -1.0), ("end", -1, 1.0))
     for at, i, sign in ends:
         support = getattr(problem, at)
         if support.holds and (held is None or held(at)):
@@ -257,7 +278,7 @@ def _along(marks: Marks, problem: Equilibrium, shape: Shape) -> tuple[list[Solid
         if isinstance(load, LineCouple) and load.of_shape:
             couple = load.at_shape(s, r, R)
         if isinstance(load, Foundation):
-            below = marks._below(r[0], R[0], None, [np.array(load.direction)])
+            below = marks.below(r[0], R[0], None, [np.array(load.direction)])
             parts += [
                 coil(point, point + 1.1 * marks.size * below, 0.12 * marks.size, 0.03 * marks.size, JOINT, turns=4)
                 for point in r
@@ -267,6 +288,7 @@ def _along(marks: Marks, problem: Equilibrium, shape: Shape) -> tuple[list[Solid
             solids, label = _axis(marks, load, shape)
             parts += solids
             labels.append(label)
+            continue
         if np.any(force):
             parts += marks.spread(r, force)
         if np.any(couple):
@@ -285,7 +307,10 @@ def _axis(marks: Marks, load: Rotation, shape: Shape) -> tuple[list[Solid], Labe
     low, high = min(0.0, float(np.min(along))) - marks.size, max(0.0, float(np.max(along))) + 2.0 * marks.size
     dashes = np.linspace(low, high, 24)
     radius = 0.025 * marks.size
-    line = [turned(point + a * axis, point + b * axis, [radius, radius], JOINT) for a, b in zip(dashes[::2], dashes[1::2], strict=True)]
+    line = [
+        turned(point + a * axis, point + b * axis, [radius, radius], JOINT)
+        for a, b in zip(dashes[::2], dashes[1::2], strict=True)
+    ]
     turn = turning_arrow(point + (high - 0.6 * marks.size) * axis, axis, 0.5 * marks.size, 0.04 * marks.size, JOINT)
     return [*line, *turn], Label(point + high * axis, f"{rate:.3g} rad/s", axis)
 
@@ -300,5 +325,3 @@ def directors(marks: Marks, shape: Shape, colours: tuple[str, str, str], count: 
         for i in range(3)
         for part in arrow(shape.r[j], reach * shape.R[j][:, i], 0.045 * marks.size, colours[i])
     ]
-
-

@@ -1,4 +1,4 @@
-"""What lies flat on a picture of space: colour bar, scale bar, axes, gravity, names, notes and labels, laid out anew for each view."""
+"""What lies flat on a picture of space: colour bar, scale bar, axes, gravity, names, notes and labels."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from darboux.view.palette import BLACK, on_scale, rgb
 Array = NDArray[np.float64]
 
 SMALLEST, RELATIVE = 11.0, 0.0245  # the height of letters: in pixels at least, else of the picture's height
+WIDE = 0.62  # of a letter over its height
 BAR_STEPS = 128
 UNITS = (("km", 1e3), ("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
 AXES = "#5a6068"
@@ -56,8 +57,16 @@ class Overlay:
         """Return what the overlay needs at the left, right, bottom and top, in pixels."""
         f = self.letter(height)
         right = 6.2 * f if self.bar else 1.5 * f
-        top = 1.5 * f + 1.5 * f * max(len(self.names), 1.3 if self.bar else 0)
+        top = 1.5 * f + 1.5 * f * max(float(len(self.names)), 1.3 if self.bar else 0.0)
         return 1.5 * f, right, (5.6 + 1.5 * len(self.notes)) * f, top
+
+    def boxes(self, A: Array, pixel: float, f: float) -> Array:
+        """Return the corners (2 n, 2) of the labels in the picture plane in m, where a pixel is ``pixel`` m wide."""
+        corners = []
+        for label in self.labels:
+            x, y, wide = _beside(label, A, f)
+            corners.append(A[:2] @ label.point / pixel + [[x, y - 0.8 * f], [x + wide, y + 0.8 * f]])
+        return pixel * np.reshape(corners, (-1, 2))
 
     def attach(self, renderer: Any) -> None:
         """Lay the overlay out before each drawing in which the view has changed."""
@@ -87,14 +96,9 @@ class Overlay:
 
     def _write_labels(self, page: _Page, A: Array, focus: Array, pixel: float) -> None:
         for label in self.labels:
-            x, y = A[:2] @ (label.point - focus) / pixel + np.array([page.width, page.height]) / 2.0
-            way = A[:2] @ label.way
-            way /= max(float(np.linalg.norm(way)), 1e-9)
-            wide = 0.62 * page.f * len(label.words)
-            x += way[0] * 0.5 * page.f + (way[0] - 1.0) * 0.5 * wide
-            y += way[1] * 0.9 * page.f
-            x = float(np.clip(x, 0.4 * page.f, page.width - wide - 0.4 * page.f))
-            page.text(x, float(np.clip(y, page.f, page.height - page.f)), label.words, halo=True)
+            at = A[:2] @ (label.point - focus) / pixel + np.array([page.width, page.height]) / 2.0
+            x, y, _ = _beside(label, A, page.f)
+            page.text(at[0] + x, at[1] + y, label.words, halo=True)
 
     def _corner(self, page: _Page, A: Array) -> None:
         """The fixed axes, and beside them where gravity pulls."""
@@ -105,7 +109,7 @@ class Overlay:
             if np.linalg.norm(tip - origin) < 0.35 * f:
                 continue  # seen from its end
             page.arrow(origin, tip, 0.11 * f, AXES)
-            beyond = origin + (1.7 * f + 0.75 * f) * A[:2, i] * max(1.0, 0.6 / np.linalg.norm(A[:2, i]))
+            beyond = origin + 2.45 * f * A[:2, i] * max(1.0, 0.6 / float(np.linalg.norm(A[:2, i])))
             page.text(beyond[0], beyond[1], "xyz"[i], "center", colour=AXES)
         if self.gravity is not None and np.any(self.gravity):
             way = A[:2] @ self.gravity / np.linalg.norm(self.gravity)
@@ -145,6 +149,14 @@ class Overlay:
             page.text(2.8 * f if colour is not None else 0.9 * f, y, words)
         for i, words in enumerate(reversed(self.notes)):
             page.text(0.9 * f, (0.9 + 1.5 * i) * f, words, colour=AXES)
+
+
+def _beside(label: Label, A: Array, f: float) -> tuple[float, float, float]:
+    """Return where a label begins, beside its point, and how wide it is, in pixels."""
+    way = A[:2] @ label.way
+    way = way / max(float(np.linalg.norm(way)), 1e-9)
+    wide = WIDE * f * len(label.words)
+    return 0.5 * f * way[0] + 0.5 * wide * (way[0] - 1.0), 0.9 * f * way[1], wide
 
 
 def ticks(low: float, high: float, most: float) -> Array:
@@ -195,10 +207,20 @@ class _Page:
         way = (end - start) / length
         across = np.array([-way[1], way[0]])
         neck = end - min(6.0 * width, 0.7 * length) * way
-        self.polygon([start - width * across / 2, neck - width * across / 2, neck + width * across / 2, start + width * across / 2], colour)
+        self.polygon(
+            [
+                start - width * across / 2,
+                neck - width * across / 2,
+                neck + width * across / 2,
+                start + width * across / 2,
+            ],
+            colour,
+        )
         self.polygon([neck - 2.2 * width * across, end, end, neck + 2.2 * width * across], colour)
 
-    def text(self, x: float, y: float, words: str, align: str = "left", colour: str = BLACK, halo: bool = False) -> None:
+    def text(
+        self, x: float, y: float, words: str, align: str = "left", colour: str = BLACK, halo: bool = False
+    ) -> None:
         """Write words whose middle line is at y."""
         actor = vtkTextActor()
         actor.SetInput(words)
@@ -209,7 +231,12 @@ class _Page:
             properties.SetFontFile(font)
         properties.SetFontSize(round(self.f))
         properties.SetColor(*rgb(colour))
-        getattr(properties, {"left": "SetJustificationToLeft", "center": "SetJustificationToCentered"}.get(align, "SetJustificationToRight"))()
+        getattr(
+            properties,
+            {"left": "SetJustificationToLeft", "center": "SetJustificationToCentered"}.get(
+                align, "SetJustificationToRight"
+            ),
+        )()
         properties.SetVerticalJustificationToCentered()
         if halo:
             properties.SetBackgroundColor(1.0, 1.0, 1.0)

@@ -91,7 +91,11 @@ def unloaded(problem: Equilibrium) -> Shape:
     if round_one is not None:
         scale = Scale.of(problem)
         r, q = round_one.states(s / rod.length)
-        r, R, k = scale.origin + scale.length * r, frames.matrix_of_quaternion(q), round_one.k(s / rod.length) / rod.length
+        r, R, k = (
+            scale.origin + scale.length * r,
+            frames.matrix_of_quaternion(q),
+            round_one.k(s / rod.length) / rod.length,
+        )
     else:
         support, x, lie = laying.laid(problem)
         places = np.append(s / rod.length, x)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,8 +36,17 @@ class Solid:
     @property
     def triangles(self) -> Whole:
         """The faces as triangles (k, 3)."""
-        halves = np.concatenate([self.faces[:, [0, 1, 2]], self.faces[:, [0, 2, 3]]])
-        return halves[(halves[:, 0] != halves[:, 1]) & (halves[:, 1] != halves[:, 2]) & (halves[:, 2] != halves[:, 0])]
+        return self._halves[self.kept]
+
+    @property
+    def kept(self) -> NDArray[np.bool_]:
+        """Which halves of the faces, the first ones and then the second, are ``triangles``: (2 m,)."""
+        a, b, c = self._halves.T
+        return np.asarray((a != b) & (b != c) & (c != a))
+
+    @property
+    def _halves(self) -> Whole:
+        return np.concatenate([self.faces[:, [0, 1, 2]], self.faces[:, [0, 2, 3]]])
 
 
 def wall(n: int, m: int, first: int = 0, inwards: bool = False) -> Whole:
@@ -93,7 +103,7 @@ def wire(points: Array, radius: float, colour: Any) -> Solid:
     tangents = np.gradient(points, axis=0)
     tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
     R = [smallest_rotation(E3, tangents[0])]
-    for before, here in zip(tangents[:-1], tangents[1:], strict=True):
+    for before, here in pairwise(tangents):
         R.append(smallest_rotation(before, here) @ R[-1])
     return swept(points, np.array(R), radius * ROUND[::2], colour)
 
@@ -106,7 +116,10 @@ def arrow(start: Array, vector: Array, radius: float, colour: Any, heads: int = 
     end = start + vector
     shaft = turned(start, end - 0.9 * head * way, [radius, radius], colour)
     tips = [end - i * 0.75 * head * way for i in range(heads)]
-    return [shaft, *(turned(tip - head * way, tip, [2.2 * radius * head / (6.0 * radius), 0.0], colour) for tip in tips)]
+    return [
+        shaft,
+        *(turned(tip - head * way, tip, [2.2 * radius * head / (6.0 * radius), 0.0], colour) for tip in tips),
+    ]
 
 
 def turning_arrow(centre: Array, axis: Array, size: float, radius: float, colour: Any) -> list[Solid]:
@@ -115,7 +128,10 @@ def turning_arrow(centre: Array, axis: Array, size: float, radius: float, colour
     angle = np.linspace(0.25 * np.pi, 1.75 * np.pi, 49)
     ring = centre + size * (np.cos(angle)[:, None] * R[:, 0] + np.sin(angle)[:, None] * R[:, 1])
     way = -np.sin(angle[-1]) * R[:, 0] + np.cos(angle[-1]) * R[:, 1]
-    return [wire(ring, radius, colour), turned(ring[-1] - 1.5 * radius * way, ring[-1] + 5.0 * radius * way, [2.4 * radius, 0.0], colour)]
+    return [
+        wire(ring, radius, colour),
+        turned(ring[-1] - 1.5 * radius * way, ring[-1] + 5.0 * radius * way, [2.4 * radius, 0.0], colour),
+    ]
 
 
 def coil(a: Array, b: Array, radius: float, wire_radius: float, colour: Any, turns: int = 5) -> Solid:
@@ -125,5 +141,7 @@ def coil(a: Array, b: Array, radius: float, wire_radius: float, colour: Any, tur
     x = np.linspace(0.0, 1.0, 24 * turns + 1)
     size = radius * np.clip(np.minimum(x, 1.0 - x) / 0.12, 0.0, 1.0)
     angle = 2.0 * np.pi * turns * x
-    points = a + x[:, None] * way + size[:, None] * (np.cos(angle)[:, None] * R[:, 0] + np.sin(angle)[:, None] * R[:, 1])
+    points = (
+        a + x[:, None] * way + size[:, None] * (np.cos(angle)[:, None] * R[:, 0] + np.sin(angle)[:, None] * R[:, 1])
+    )
     return wire(points, wire_radius, colour)

@@ -31,9 +31,10 @@ Array = NDArray[np.float64]
 
 ROD, GHOST = "#b9c7d6", "#aab4bd"
 SEVERAL = (BLUE, VERMILION, GREEN, ORANGE, SKY, GREY)  # rods beside one another
-MARK = 0.05  # a mark's length over the picture's extent
+MARK = 0.065  # a mark's length over the picture's extent
 ASIDE, LOWEST, HIGHEST = 22.0, 16.0, 55.0  # degrees: of the view off the plane of the rod, and above the ground
 PLAIN = "none"
+DASHES, THIN = 8, 0.8  # of several rods: thick pieces along each, and the thickness between them
 LARGEST = 8192  # pixels
 
 
@@ -91,8 +92,6 @@ def view(
     ``size`` in pixels; ``show`` False returns PyVista's ``Plotter`` before it opens its window.
     Raises ``InvalidInput``, also where there is no display for a window, or nothing that can draw.
     """
-    from darboux.view import stage
-
     width, height = _size(size)
     look = Look(field, ghost, directors, thicker, camera)
     if out is not None:
@@ -127,21 +126,28 @@ def staged(result: Any, look: Look, t: float | None = None, beside: Any = None, 
     if isinstance(result, Trajectory) and reach is None:
         reach = result.positions.reshape(-1, 3) if t is None or look.ghost else None
     behind = _ghosts(result, subjects, look)
-    lines = np.concatenate([*(x.shape.r for x in subjects), *(ghost.r for ghost in behind), *([] if reach is None else [reach])])
+    lines = np.concatenate(
+        [*(x.shape.r for x in subjects), *(ghost.r for ghost in behind), *([] if reach is None else [reach])]
+    )
     extent = float(np.linalg.norm(np.ptp(lines, axis=0)))
     camera = look.camera or _camera(lines)
     ways = [_drawn(x.shape, extent, look) for x in subjects]
     factor = max(way.factor for way in ways)
     ways = [way if not way.own else Drawn(way.section, factor, own=True) for way in ways]
-    bodies = [Body.of(x.shape, way) for x, way in zip(subjects, ways, strict=True)]
+    bodies = [
+        Body.of(x.shape, way, _dashes(i, len(subjects))) for i, (x, way) in enumerate(zip(subjects, ways, strict=True))
+    ]
     name, bar, span = _coloured(result, subjects, bodies, look)
     colours = (ROD,) if len(subjects) == 1 else SEVERAL
     solids = [body.solid(name, span, colours[i % len(colours)]) for i, body in enumerate(bodies)]
     solids += [Body.of(ghost, ways[0]).solid(None, span, GHOST, 0.3) for ghost in behind]
 
-    thickness = max(float(np.max(np.linalg.norm(way.outline(x.shape.s[[0, -1]], bodies[0].p), axis=-1))) * 2.0 for x, way in zip(subjects, ways, strict=True))
+    thickness = max(
+        float(np.max(np.linalg.norm(way.outline(x.shape.s[[0, -1]], bodies[0].p), axis=-1))) * 2.0
+        for x, way in zip(subjects, ways, strict=True)
+    )
     pen = marks.Marks(max(MARK * extent, 0.6 * thickness), thickness, camera.A[2])
-    labels = []
+    labels: list[marks.Label] = []
     for subject in subjects:
         solids += marks.supports(pen, subject.problem, subject.shape, subject.held)
     for subject in subjects[:1]:
@@ -164,8 +170,7 @@ def staged(result: Any, look: Look, t: float | None = None, beside: Any = None, 
     overlay = Overlay(
         Bar(bar[0], *bar[1]) if bar else None, names, notes, labels, np.sum(gravity, axis=0) if gravity else None
     )
-    words = [label.point + (0.5 + 0.35 * len(label.words)) * pen.size * np.array(label.way) * 0.5 for label in labels]
-    frame = np.concatenate([*(solid.points for solid in solids), *([] if reach is None else [reach]), np.reshape(words, (-1, 3))])
+    frame = np.concatenate([*(solid.points for solid in solids), *([] if reach is None else [reach])])
     return Stage(solids, overlay, camera, frame)
 
 
@@ -175,7 +180,9 @@ def _subjects(result: Any, t: float | None, beside: Any) -> list[Subject]:
             raise InvalidInput("view.beside puts solutions beside a solution; a trajectory is shown alone.")
         motion, t = result.motion, float(result.times[-1]) if t is None else checks.number("view.t", t, "s")
         return [
-            Subject(f"t = {t:.4g} s", shape.at(result, t), motion.problem, motion.factor(t), lambda at: motion.held(at, t))
+            Subject(
+                f"t = {t:.4g} s", shape.at(result, t), motion.problem, motion.factor(t), lambda at: motion.held(at, t)
+            )
         ]
     if t is not None:
         raise InvalidInput("view.t is the time of a trajectory; an equilibrium has none.")
@@ -187,7 +194,10 @@ def _subjects(result: Any, t: float | None, beside: Any) -> list[Subject]:
     for name, other in _named(beside).items():
         solutions[str(name)] = checks.instance("view.beside", other, EquilibriumSolution, "solutions by their names")
     if len(solutions) > 1 and "" in solutions:
-        solutions = {str(x.method) if name == "" and str(x.method) not in solutions else name or "this": x for name, x in solutions.items()}
+        solutions = {
+            str(x.method) if name == "" and str(x.method) not in solutions else name or "this": x
+            for name, x in solutions.items()
+        }
     return [_subject(name, solution) for name, solution in solutions.items()]
 
 
@@ -196,7 +206,9 @@ def _named(beside: Any) -> dict[Any, Any]:
         return {}
     if isinstance(beside, dict):
         return beside
-    raise InvalidInput(f"view.beside is {checks.shown(beside)}; it must be solutions by their names, as in {{'elastica': other}}.")
+    raise InvalidInput(
+        f"view.beside is {checks.shown(beside)}; it must be solutions by their names, as in {{'elastica': other}}."
+    )
 
 
 def _subject(name: str, solution: EquilibriumSolution) -> Subject:
@@ -216,6 +228,14 @@ def _ghosts(result: Any, subjects: list[Subject], look: Look) -> list[Shape]:
 
 def _drawn(rod: Shape, extent: float, look: Look) -> Drawn:
     return drawn(rod.rod, extent, float(np.max(np.hypot(rod.k[:, 0], rod.k[:, 1]))), look.thicker)
+
+
+def _dashes(i: int, count: int) -> Callable[[Array], Array] | None:
+    """Return the thickness of the rod i along x = s / L: of several each is thick in turns, so that all are seen."""
+    if count == 1:
+        return None
+    last = DASHES * count - 1
+    return lambda x: np.where(np.minimum(np.floor(DASHES * count * x), last) % count == i, 1.0, THIN)
 
 
 def _coloured(
@@ -265,7 +285,7 @@ def _camera(r: Array) -> Camera:
 def _slider(plotter: Any, trajectory: Trajectory, look: Look, beside: Any, first: Any) -> None:
     """Put a slider of time into a window."""
     renderer = plotter.renderer
-    state = {"actors": [actor for actor in renderer.GetActors()], "overlay": first.overlay}
+    state = {"actors": list(renderer.GetActors()), "overlay": first.overlay}
     reach = trajectory.positions.reshape(-1, 3)
 
     def redraw(t: float) -> None:
@@ -292,7 +312,9 @@ def _slider(plotter: Any, trajectory: Trajectory, look: Look, beside: Any, first
 def _size(size: Any) -> tuple[int, int]:
     width, height = checks.array("view.size", size, (2,), "pixels").tolist()
     if not (160 <= width <= LARGEST and 120 <= height <= LARGEST):
-        raise InvalidInput(f"view.size is {checks.shown(size)}; it must lie between 160 x 120 and {LARGEST} x {LARGEST} pixels.")
+        raise InvalidInput(
+            f"view.size is {checks.shown(size)}; it must lie between 160 x 120 and {LARGEST} x {LARGEST} pixels."
+        )
     return int(width), int(height)
 
 

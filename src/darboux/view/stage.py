@@ -15,7 +15,14 @@ from vtkmodules import vtkRenderingOpenGL2
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkIOImage import vtkPNGWriter
-from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkLight,
+    vtkPolyDataMapper,
+    vtkRenderer,
+    vtkRenderWindow,
+    vtkWindowToImageFilter,
+)
 
 from darboux import files
 from darboux.errors import InvalidInput
@@ -62,10 +69,14 @@ class Stage:
         """Place the camera: the frame fills the picture up to the overlay's margins, to one scale in all directions."""
         width, height = size
         left, right, bottom, top = self.overlay.margins(width, height)
-        flat = self.camera.project(self.frame)
-        low, high = flat.min(axis=0), flat.max(axis=0)
+        frame = self.camera.project(self.frame)
+        low, high = frame.min(axis=0), frame.max(axis=0)
         room = np.maximum([width - left - right, height - bottom - top], 0.25 * np.array(size))
         pixel = float(np.max((high - low) / room))
+        for _ in range(4):  # labels keep their size on the page, so that the scale is found step by step
+            both = np.concatenate([frame, self.overlay.boxes(self.camera.A, pixel, self.overlay.letter(height))])
+            low, high = both.min(axis=0), both.max(axis=0)
+            pixel = float(np.max((high - low) / room))
         shift = 0.5 * pixel * np.array([right - left, top - bottom])
         middle = 0.5 * (low + high) + shift
         right_hand, up, towards = self.camera.A
