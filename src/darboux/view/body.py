@@ -78,7 +78,7 @@ def _round_number(value: float, up: bool = True) -> float:
     return float(min(x for x in steps if x >= value * (1.0 - 1e-9)) if up else max(x for x in steps if x <= value))
 
 
-def places(section: Section, quarter: int = QUARTER) -> tuple[Array, Array]:
+def places(section: Section, quarter: int = QUARTER) -> tuple[Array, NDArray[np.int64]]:
     """Return places p (m,) round the outline, and to the stripe of which each face from p to the next belongs (m,).
 
     ``quarter`` is how many faces lie on a quarter of it.
@@ -97,7 +97,7 @@ def places(section: Section, quarter: int = QUARTER) -> tuple[Array, Array]:
         p = [a for a in p if min(abs(a - edge) for edge in edges) > 0.2 / quarter or a == round(a)] + list(edges)
     result = np.unique(np.round(p, 12))
     middles = result + 0.5 * ((np.roll(result, -1) - result) % 4.0)
-    stripe = np.zeros(len(result), dtype=int)
+    stripe = np.zeros(len(result), dtype=np.int64)
     for number, (a, b) in enumerate(ends, start=1):
         stripe[(middles - a) % 4.0 < (b - a) % 4.0] = min(number, 2)
     return result, stripe
@@ -148,7 +148,7 @@ class Body:
             ends = np.concatenate([wall(n, m, n * m, inwards=True), ends])
             points = np.concatenate([rings, inside])
             faces, hollow = np.concatenate([outside, ends]), True
-        marked = np.concatenate([marked, np.full(len(faces) - len(marked), 3)])
+        marked = np.concatenate([marked, np.full(len(faces) - len(marked), 3, dtype=np.int64)])
         return cls(shape, drawn, p, points, faces, marked, hollow)
 
     def along(self, values: Array) -> Array:
