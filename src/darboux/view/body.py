@@ -160,8 +160,10 @@ class Body:
         """Return a field at the points (k,)."""
         outside = fields.on_surface(name, self.shape, self.p)
         if self.hollow:
-            return np.concatenate([outside, fields.on_surface(name, self.shape, self.p, hole=True)]).ravel()
-        return np.append(outside.ravel(), np.mean(outside[[0, -1]], axis=1))
+            hole = self.shape.rod.section.hole(self.shape.s)
+            return np.concatenate([outside, fields.on_surface(name, self.shape, self.p, hole)]).ravel()
+        middle = fields.on_surface(name, self.shape, self.p[:1], np.zeros_like(self.shape.s))
+        return np.append(outside.ravel(), middle[[0, -1], 0])
 
     def solid(self, name: str | None, span: tuple[float, float], colour: str, opacity: float = 1.0) -> Solid:
         """Return the rod coloured by a field between the ends of ``span``, or in one colour."""

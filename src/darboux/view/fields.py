@@ -53,12 +53,11 @@ def known(shape: Shape) -> list[str]:
     return [name for name in FIELDS if name not in missing]
 
 
-def on_surface(name: str, shape: Shape, p: Array, hole: bool = False) -> Array:
-    """Return a field (n, m) on the section's outline at the places p (m,), or on the wall of its hole."""
+def on_surface(name: str, shape: Shape, p: Array, size: Array | None = None) -> Array:
+    """Return a field (n, m) on the section's outline at the places p (m,), or on the same made smaller by ``size`` (n,)."""
     if name != "stress":
         return np.broadcast_to(FIELDS[name].along(shape)[:, None], (len(shape.s), len(p)))
-    section = shape.rod.section
-    size = section.hole(shape.s) if hole else np.ones_like(shape.s)
+    size = np.ones_like(shape.s) if size is None else size
     return stress.von_mises(shape.rod, shape.s, shape.forces[:, 2], shape.forces[:, 3:], p, size)
 
 
