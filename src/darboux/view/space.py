@@ -105,7 +105,7 @@ def view(
             "there is no display for a window; give a file, as in view(out='rod.png') or darboux view FILE --out rod.png."
         )
     pyvista = _pyvista()
-    plotter = pyvista.Plotter(window_size=[width, height])
+    plotter = pyvista.Plotter(window_size=[width, height], lighting="none")
     first = staged(result, look, t, beside)
     first.fill(plotter.renderer, (width, height))
     plotter.camera_set = True
