@@ -62,7 +62,9 @@ def at(trajectory: Trajectory, t: float) -> Shape:
     sine = np.linalg.norm(turns[:, 1:], axis=1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, turns[:, :1])
     curvature = angle * turns[:, 1:] / np.maximum(sine, 1e-300) / np.diff(middles)[:, None]
-    s = _places(rod, float(np.mean(np.linalg.norm(curvature, axis=1))), len(middles) * max(4, -(-LEAST // len(middles))))
+    s = _places(
+        rod, float(np.mean(np.linalg.norm(curvature, axis=1))), len(middles) * max(4, -(-LEAST // len(middles)))
+    )
     spline = CubicSpline(now.s, now.r)
     d3, d1 = spline(s, 1), _between(s, middles, now.R[:, :, 0])
     d3 /= np.linalg.norm(d3, axis=1, keepdims=True)
