@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import darboux as dx
-from darboux.view import fields, marks, shape, solids, space
-from darboux.view.body import Body, drawn, places
 from darboux.view.palette import SCALE, rgb
+from darboux.view.space import fields, marks, shape, show, solids
+from darboux.view.space.body import Body, drawn, places
 
 pyvista = pytest.importorskip("pyvista")
 
@@ -217,8 +217,8 @@ def test_arrows_are_as_long_and_turn_as_what_they_stand_for() -> None:
 
 
 def test_the_picture_shows_the_rod_where_it_lies(bent: dx.EquilibriumSolution, tmp_path: Path) -> None:
-    look = space.Look(field="curvature", camera=(-90.0, 0.0))
-    stage = space.staged(bent, look)
+    look = show.Look(field="curvature", camera=(-90.0, 0.0))
+    stage = show.staged(bent, look)
     pixels = stage.pixels((400, 300)).astype(float) / 255.0
     assert pixels.shape == (300, 400, 3)
     np.testing.assert_array_equal(pixels[2, 2], 1.0)
@@ -238,9 +238,9 @@ def test_the_picture_shows_the_rod_where_it_lies(bent: dx.EquilibriumSolution, t
 def test_a_window_needs_a_display_and_a_plotter_does_not(
     bent: dx.EquilibriumSolution, fall: dx.Trajectory, monkeypatch: Any
 ) -> None:
-    monkeypatch.setattr(space, "_has_display", lambda: False)
+    monkeypatch.setattr(show, "_has_display", lambda: False)
     with pytest.raises(dx.InvalidInput, match="no display for a window"):
         bent.view()
     assert (
-        space.view(bent, field="none", beside={"again": bent}, show=False).renderer.GetActors().GetNumberOfItems() >= 1
+        show.view(bent, field="none", beside={"again": bent}, show=False).renderer.GetActors().GetNumberOfItems() >= 1
     )

@@ -68,10 +68,10 @@ class Comparison:
         return distance(self.entries[i].solution, self.entries[j].solution)
 
     def view(self, **options: Any) -> Any:
-        """Show all answers in one space, the reference first; the options are ``view.space.view``'s."""
-        from darboux.view import space
+        """Show all answers in one space, the reference first; the options are ``view.space.show.view``'s."""
+        from darboux.view.space import show
 
-        return space.view(self, **options)
+        return show.view(self, **options)
 
     @property
     def verdict(self) -> str:

@@ -149,14 +149,14 @@ class EquilibriumSolution:
         store.save(self, path)
 
     def view(self, **options: Any) -> Any:
-        """Show the rod in space: a window, or a picture as in ``view(field="stress", out="rod.png")``; see ``view.space.view``."""
-        from darboux.view import space
+        """Show the rod in space: a window, or a picture as in ``view(field="stress", out="rod.png")``; see ``view.space.show.view``."""
+        from darboux.view.space import show
 
-        return space.view(self, **options)
+        return show.view(self, **options)
 
     def export(self, path: Any, **options: Any) -> None:
         """Write the rod for other programs: .vtp, .vtk, .glb, .gltf, .stl or .csv; the options are ``view.export.export``'s."""
-        from darboux.view import export
+        from darboux.view.space import export
 
         export.export(self, path, **options)
 

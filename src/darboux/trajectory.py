@@ -121,14 +121,14 @@ class Trajectory:
         store.save(self, path)
 
     def view(self, **options: Any) -> Any:
-        """Show the motion in space, with a slider of time, or at a time ``t``; the options are ``view.space.view``'s."""
-        from darboux.view import space
+        """Show the motion in space, with a slider of time, or at a time ``t``; the options are ``view.space.show.view``'s."""
+        from darboux.view.space import show
 
-        return space.view(self, **options)
+        return show.view(self, **options)
 
     def export(self, path: Any, **options: Any) -> None:
         """Write the motion (.pvd, .csv), or the rod at a time ``t`` (.vtp, .vtk, .glb, .gltf, .stl), for other programs."""
-        from darboux.view import export
+        from darboux.view.space import export
 
         export.export(self, path, **options)
 

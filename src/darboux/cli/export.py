@@ -39,7 +39,7 @@ def export(
 ) -> None:
     """Write a result for other programs, in SI: a table, or the rod's surface with its fields."""
     from darboux import checks, store
-    from darboux.view import export as exports
+    from darboux.view.space import export as exports
 
     if to is not None:
         checks.choice("--to", to, exports.ENDINGS)

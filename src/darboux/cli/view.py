@@ -48,9 +48,9 @@ def view(
 
     pixels = size_of(size)
     result = found(file, anywhere)
-    from darboux.view import space
+    from darboux.view.space import show
 
-    space.view(result, field=field, out=out, t=time, ghost=ghost, directors=directors, thicker=thicker, size=pixels)
+    show.view(result, field=field, out=out, t=time, ghost=ghost, directors=directors, thicker=thicker, size=pixels)
     if out is not None and not quiet:
         typer.echo(f"Drawn in {out}")
     if file.suffix.lower() == ".toml" and not result.converged:

@@ -15,8 +15,8 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextActor
 from vtkmodules.vtkRenderingFreeType import vtkVectorText  # noqa: F401  # loads what draws letters
 
-from darboux.view.marks import Label
 from darboux.view.palette import BLACK, on_scale, rgb
+from darboux.view.space.marks import Label
 
 Array = NDArray[np.float64]
 

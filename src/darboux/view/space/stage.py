@@ -27,8 +27,8 @@ from vtkmodules.vtkRenderingCore import (
 from darboux import files
 from darboux.errors import InvalidInput
 from darboux.view.camera import Camera
-from darboux.view.overlay import Overlay, polydata
-from darboux.view.solids import Solid
+from darboux.view.space.overlay import Overlay, polydata
+from darboux.view.space.solids import Solid
 from darboux.view.tube import LIGHT
 
 Array = NDArray[np.float64]

@@ -19,13 +19,13 @@ from darboux.loads import Gravity
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.trajectory import Trajectory
-from darboux.view import fields, marks, shape
-from darboux.view.body import Body, Drawn, drawn
 from darboux.view.camera import Camera
-from darboux.view.fields import FIELDS
 from darboux.view.palette import BLUE, DIRECTORS, GREEN, GREY, ORANGE, SKY, VERMILION
-from darboux.view.shape import Shape
-from darboux.view.solids import Solid, wire
+from darboux.view.space import fields, marks, shape
+from darboux.view.space.body import Body, Drawn, drawn
+from darboux.view.space.fields import FIELDS
+from darboux.view.space.shape import Shape
+from darboux.view.space.solids import Solid, wire
 
 Array = NDArray[np.float64]
 
@@ -119,8 +119,8 @@ def view(
 
 def staged(result: Any, look: Look, t: float | None = None, beside: Any = None, reach: Array | None = None) -> Any:
     """Return the ``Stage`` of a result at a time: rods, marks and words; ``reach`` (n, 3) points that it must show as well."""
-    from darboux.view.overlay import Bar, Overlay
-    from darboux.view.stage import Stage
+    from darboux.view.space.overlay import Bar, Overlay
+    from darboux.view.space.stage import Stage
 
     subjects = _subjects(result, t, beside)
     if isinstance(result, Trajectory) and reach is None:

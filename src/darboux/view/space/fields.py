@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import stress
-from darboux.view.shape import Shape
+from darboux.view.space.shape import Shape
 
 Array = NDArray[np.float64]
 

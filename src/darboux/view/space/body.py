@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from darboux.rod import Rod
 from darboux.section import Ellipse, Section
-from darboux.view import fields
 from darboux.view.palette import BLACK, on_scale, rgb
-from darboux.view.shape import Shape
-from darboux.view.solids import Solid, lids, wall
+from darboux.view.space import fields
+from darboux.view.space.shape import Shape
+from darboux.view.space.solids import Solid, lids, wall
 from darboux.view.tube import sweep
 
 Array = NDArray[np.float64]

@@ -15,10 +15,10 @@ from darboux import checks, files
 from darboux.errors import InvalidInput
 from darboux.solution import EquilibriumSolution
 from darboux.trajectory import Trajectory
-from darboux.view import fields, gltf, shape
-from darboux.view.body import Body, drawn
-from darboux.view.shape import Shape
-from darboux.view.space import NEEDED, ROD
+from darboux.view.space import fields, gltf, shape
+from darboux.view.space.body import Body, drawn
+from darboux.view.space.shape import Shape
+from darboux.view.space.show import NEEDED, ROD
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from darboux.loads import Distributed, Foundation, Gravity, LineCouple, LineForc
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium, Ring
 from darboux.supports import Support
-from darboux.view.fields import readable
 from darboux.view.palette import GREEN, ORANGE, VERMILION
-from darboux.view.shape import Shape
-from darboux.view.solids import E3, Solid, arrow, ball, box, coil, turned, turning_arrow, wire
+from darboux.view.space.fields import readable
+from darboux.view.space.shape import Shape
+from darboux.view.space.solids import E3, Solid, arrow, ball, box, coil, turned, turning_arrow, wire
 
 Array = NDArray[np.float64]
 
