@@ -149,7 +149,7 @@ class EquilibriumSolution:
         store.save(self, path)
 
     def view(self, **options: Any) -> Any:
-        """Show the rod in space: a window, or a picture as in ``view(field="stress", out="rod.png")``; see ``view.space.show.view``."""
+        """Show the rod in space: a window, or a picture as in ``view(out="rod.png")``; the options are ``view.space.show.view``'s."""
         from darboux.view.space import show
 
         return show.view(self, **options)
