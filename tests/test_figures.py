@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread, imsave
 
 import darboux as dx
-from darboux.view import fields, motion, plots, prefix, shapes, style
+from darboux.view import fields, motion, palette, plots, prefix, shapes, style
 from darboux.view.look import Look, plane_of
 from tests import drawing
 from tests.cases import ALONG_X, RUBBER, UNIT
@@ -147,7 +147,7 @@ def test_lines_differ_in_grey_too() -> None:
 
 def _fan_of(trajectory: dx.Trajectory) -> list[Any]:
     lines = motion.motion(trajectory, "shapes").get_lines()  # type: ignore[union-attr]
-    return [line for line in lines if line.get_linestyle() == "-" and line.get_color() != style.VERMILION][
+    return [line for line in lines if line.get_linestyle() == "-" and line.get_color() != palette.VERMILION][
         : motion.MOST_SHAPES
     ]
 
@@ -297,7 +297,7 @@ def test_nothing_is_drawn_on_import() -> None:
 def test_the_style_sheet_is_there_for_figures_of_one_s_own() -> None:
     with mpl.style.context("darboux.view.article"):
         assert mpl.rcParams["axes.labelsize"] == 11.0
-        assert mpl.rcParams["axes.prop_cycle"].by_key()["color"][:2] == [style.BLUE, style.VERMILION]
+        assert mpl.rcParams["axes.prop_cycle"].by_key()["color"][:2] == [palette.BLUE, palette.VERMILION]
 
 
 @pytest.mark.parametrize(

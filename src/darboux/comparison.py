@@ -68,6 +68,12 @@ class Comparison:
         """Return the distance of answer i from answer j."""
         return distance(self.entries[i].solution, self.entries[j].solution)
 
+    def view(self, **options: Any) -> Any:
+        """Show all answers in one space, the reference first; the options are ``view.space.show.view``'s."""
+        from darboux.view.space import show
+
+        return show.view(self, **options)
+
     @property
     def verdict(self) -> str:
         """What the numbers say, in words."""

@@ -85,6 +85,10 @@ class Section:
         """
         raise NotImplementedError
 
+    def hole(self, s: Array) -> Array:
+        """Return the size of the hole over that of the outline, whose form it has, at s (n,); 0 where there is none."""
+        return np.zeros_like(s)
+
     def torsion_shear(self, s: Array, p: Array) -> Array:
         """Return Saint-Venant's shear stress on the outline per unit of torque, (n, m) in 1/m^3, places as in `outline`."""
         raise NotImplementedError
@@ -197,6 +201,10 @@ class Tube(Section):
     def outline(self, s: Array, p: Array) -> Array:
         outer = self.profiles()["outer_radius"](s)
         return _ellipse(outer, outer, p)
+
+    def hole(self, s: Array) -> Array:
+        outer, inner = (p(s) for p in self.profiles().values())
+        return np.asarray(inner / outer)
 
     def torsion_shear(self, s: Array, p: Array) -> Array:
         shear = self.profiles()["outer_radius"](s) / self.geometry(s, 0.0).J

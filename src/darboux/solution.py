@@ -149,6 +149,18 @@ class EquilibriumSolution:
 
         store.save(self, path)
 
+    def view(self, **options: Any) -> Any:
+        """Show the rod in space: a window, or ``view(out="rod.png")``; the options are ``view.space.show.view``'s."""
+        from darboux.view.space import show
+
+        return show.view(self, **options)
+
+    def export(self, path: Any, **options: Any) -> None:
+        """Write .vtp, .vtk, .glb, .gltf, .stl or .csv for other programs; the options are ``view.space.export.export``'s."""
+        from darboux.view.space import export
+
+        export.export(self, path, **options)
+
     def __eq__(self, other: object) -> bool:
         """Return whether all is the same: the problem, the method, the states at the nodes, how it was solved."""
         if not isinstance(other, EquilibriumSolution):

@@ -65,6 +65,16 @@ def stress(rod: Rod, s: Array, N3: Array, M: Array) -> Stress:
     return Stress(N3 / rod.section.geometry(s, rod.material.poisson).A, bending, torsion, von_mises)
 
 
+def von_mises(rod: Rod, s: Array, N3: Array, M: Array, p: Array, size: Array) -> Array:
+    """Return von Mises' stress (n, m) in Pa at s (n,) and the places p (m,), on the outline made smaller by ``size`` (n,).
+
+    Bending grows with the distance from the section's centre; so does torsion in a circular tube, the one section with a hole.
+    """
+    _shaped(rod)
+    axial, bending, torsion = _parts(rod, s, N3, M, np.broadcast_to(p, (len(s), len(p))))
+    return _von_mises((axial, size[:, None] * bending, size[:, None] * torsion))
+
+
 def largest_stress(rod: Rod, inner: Inner, nodes: Array) -> LargestStress:
     """Return the largest von Mises stress along the rod; its fields are smooth between nodes (n,), which ascend."""
     s, p, value = _along(rod, inner, nodes, _von_mises)

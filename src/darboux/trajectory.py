@@ -125,6 +125,18 @@ class Trajectory:
 
         store.save(self, path)
 
+    def view(self, **options: Any) -> Any:
+        """Show the motion in space, with a slider of time, or at a time ``t``; the options are ``view.space.show.view``'s."""
+        from darboux.view.space import show
+
+        return show.view(self, **options)
+
+    def export(self, path: Any, **options: Any) -> None:
+        """Write the motion (.pvd, .csv), or the rod at a time ``t`` (.vtp, .vtk, .glb, .gltf, .stl), for other programs."""
+        from darboux.view.space import export
+
+        export.export(self, path, **options)
+
     def __eq__(self, other: object) -> bool:
         """Return whether all is the same, to the last digit, but for the time that it took."""
         if not isinstance(other, Trajectory):

@@ -18,6 +18,7 @@ from darboux.cli.schema import schema
 from darboux.cli.shell import Command
 from darboux.cli.simulate import simulate
 from darboux.cli.solve import solve
+from darboux.cli.view import view
 
 app = typer.Typer(
     cls=Command,
@@ -32,7 +33,8 @@ EXAMPLES: dict[Any, str] = {
     simulate: "darboux simulate falling.toml --out falling.nc",
     compare: "darboux compare cantilever.toml --methods collocation,shooting,discrete",
     plot: "darboux plot cantilever.nc --what moments --out moments.svg",
-    export: "darboux export cantilever.nc --to csv --out cantilever.csv",
+    view: "darboux view cantilever.nc --field stress --out cantilever.png",
+    export: "darboux export cantilever.nc --to vtk --out cantilever.vtp",
     info: "darboux info cantilever.nc",
     schema: "darboux schema --out darboux.schema.json",
     doctor: "darboux doctor",

@@ -7,44 +7,50 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import Quiet, ResultFile, equilibrium
+from darboux.cli.shell import Quiet, ResultFile
 from darboux.errors import InvalidInput
 
-FORMS = ("csv",)
 MOST_SAMPLES = 1_000_000
-COLUMNS = (
-    "s (m)",
-    *(f"{name} (m)" for name in ("x", "y", "z")),
-    *(f"d{i}{axis}" for i in (1, 2, 3) for axis in "xyz"),
-    *(f"k{i} (1/m)" for i in (1, 2, 3)),
-    *(f"n{axis} (N)" for axis in "xyz"),
-    *(f"m{axis} (N m)" for axis in "xyz"),
-)
 
 
 def export(
     result: ResultFile,
-    to: Annotated[str, typer.Option("--to", metavar="FORM", help="csv: a line for each place along the rod.")] = "csv",
-    samples: Annotated[int, typer.Option("--samples", metavar="N", help="Equally spaced places along the rod.")] = 201,
+    to: Annotated[
+        str | None,
+        typer.Option(
+            "--to",
+            metavar="FORM",
+            help="csv, vtk (ParaView), gltf (Blender) or stl; else what --out ends in, else csv.",
+        ),
+    ] = None,
+    samples: Annotated[
+        int, typer.Option("--samples", metavar="N", help="csv: equally spaced places along the rod.")
+    ] = 201,
+    field: Annotated[
+        str, typer.Option("--field", metavar="F", help="gltf: what colours the rod, or none.")
+    ] = "curvature",
+    time: Annotated[
+        float | None, typer.Option("--time", metavar="T", help="gltf, stl: the time of a motion in s; else its last.")
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="Where to write it; else RESULT.csv.")
+        Path | None, typer.Option("--out", metavar="FILE", help="Where to write it; else RESULT and the form's ending.")
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Write a result for other programs: position, directors, curvature, force and moment along the rod, in SI."""
-    import numpy as np
+    """Write a result for other programs, in SI: a table, or the rod's surface with its fields."""
+    from darboux import checks, store
+    from darboux.view.space import export as exports
 
-    from darboux import checks, files
-
-    checks.choice("--to", to, FORMS)
+    if to is not None:
+        checks.choice("--to", to, exports.ENDINGS)
     if not 2 <= samples <= MOST_SAMPLES:
         raise InvalidInput(f"--samples is {samples}; it must lie between 2 and {MOST_SAMPLES}.")
-    solution = equilibrium(result)
-    s = np.linspace(0.0, solution.problem.rod.length, samples)
-    directors = solution.R(s).transpose(0, 2, 1).reshape(samples, 9)
-    data = np.column_stack([s, solution.r(s), directors, solution.k(s), solution.n(s), solution.m(s)])
-    path = out or Path(f"{result.stem}.csv")
-    with files.replacing(path) as temporary:
-        np.savetxt(temporary, data, fmt="%.17g", delimiter=",", header=",".join(COLUMNS), comments="")
+    content = store.open(result)
+    path = out or Path(f"{result.stem}{exports.ending(to or 'csv', content)}")
+    if to is not None and path.suffix.lower() not in exports.ENDINGS[to]:
+        raise InvalidInput(
+            f"--out is {str(path)!r}, but --to is {to}; such a name ends in {', '.join(exports.ENDINGS[to])}."
+        )
+    words = exports.export(content, path, t=time, field=field, samples=samples)
     if not quiet:
-        typer.echo(f"Written to {path}: {samples} places, {len(COLUMNS)} columns.")
+        typer.echo(f"Written to {path}: {words}.")

@@ -14,8 +14,8 @@ from darboux.paper.results import SEGMENTS, Part
 from darboux.solution import EquilibriumSolution
 from darboux.view import style
 from darboux.view.camera import Camera
+from darboux.view.palette import BLACK, BLUE, DIRECTORS, GREEN, GREY, VERMILION
 from darboux.view.scene import Scene
-from darboux.view.style import BLACK, BLUE, DIRECTORS, GREEN, GREY, VERMILION
 from darboux.view.tube import cap, tube
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from darboux import checks, files
 from darboux.errors import InvalidInput
-from darboux.view import prefix, style
+from darboux.view import palette, prefix, style
 from darboux.view.look import Look
 from darboux.view.motion import moving_ends, smooth
 from darboux.view.scene import Scene
@@ -94,14 +94,14 @@ def _frames(trajectory: Trajectory, times: Array, speed: float) -> Iterator[Fram
     _axes_of_space(scene)
     if speed != 1.0:
         words = f"{1.0 / speed:.3g} times slower" if speed < 1.0 else f"{speed:.3g} times faster"
-        figure.text(0.97, 0.96, words, ha="right", va="top", color=style.GREY)
-    scene.line(smooth(trajectory, shapes[0]) / metres, color=style.PALE, lw=2.0, zorder=1.0)
+        figure.text(0.97, 0.96, words, ha="right", va="top", color=palette.GREY)
+    scene.line(smooth(trajectory, shapes[0]) / metres, color=palette.PALE, lw=2.0, zorder=1.0)
     for s, support in trajectory.motion.problem.supports:
         scene.dot(shapes[0, 0 if s == 0.0 else -1] / metres, marker="s" if support.clamps else "o", ms=5.0)
-    rod = scene.line(smooth(trajectory, shapes[0]) / metres, color=style.BLUE, lw=2.4, zorder=4.0, animated=True)
+    rod = scene.line(smooth(trajectory, shapes[0]) / metres, color=palette.BLUE, lw=2.4, zorder=4.0, animated=True)
     ends = moving_ends(trajectory)
     tails = [
-        scene.line(shapes[:1, end] / metres, color=style.VERMILION, lw=1.0, zorder=2.0, animated=True) for end in ends
+        scene.line(shapes[:1, end] / metres, color=palette.VERMILION, lw=1.0, zorder=2.0, animated=True) for end in ends
     ]
     clock = figure.text(0.03, 0.96, "", ha="left", va="top", animated=True)
     second, size = prefix.quantity(float(times[-1]), "s")

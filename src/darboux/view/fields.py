@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import checks
-from darboux.view import prefix, style
+from darboux.view import palette, prefix, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 SAMPLES = 801
 NOTHING = 1e-9  # of what bends the rod by 1 rad over its length: rounding, which is drawn as zero
-LOOKS: Any = ((style.BLUE, "-"), (style.VERMILION, "--"), (style.GREEN, "-."), (style.BLACK, ":"))
+LOOKS: Any = ((palette.BLUE, "-"), (palette.VERMILION, "--"), (palette.GREEN, "-."), (palette.BLACK, ":"))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import checks
-from darboux.view import prefix, style
+from darboux.view import palette, prefix, style
 from darboux.view.look import Look
 from darboux.view.stage import Stage
 
@@ -97,7 +97,7 @@ def _fan(ax: Axes, trajectory: Trajectory, look: Look) -> None:
         colour = colours(norm(times[i] / size))
         stage.line(r, color=colour, lw=2.2 if first_or_last else 0.9, zorder=3.0 + 0.5 * i / len(times))
     for end in moving_ends(trajectory):
-        stage.line(trajectory.positions[:, end], color=style.VERMILION, lw=1.0, ls=(0, (3.0, 1.5)), zorder=4.0)
+        stage.line(trajectory.positions[:, end], color=palette.VERMILION, lw=1.0, ls=(0, (3.0, 1.5)), zorder=4.0)
     problem = trajectory.motion.problem
     for s, support in problem.supports:
         stage.hold(trajectory.positions[0, 0 if s == 0.0 else -1], support.clamps)
@@ -110,7 +110,7 @@ def _tip(ax: Axes, trajectory: Trajectory) -> None:
     unit, metres = prefix.length(float(np.max(np.abs(tip))))
     clock, size = prefix.quantity(float(times[-1]), "s")
     for i, (name, dashes, colour) in enumerate(
-        zip("xyz", ("-", "-.", "--"), (style.BLUE, style.GREEN, style.VERMILION), strict=True)
+        zip("xyz", ("-", "-.", "--"), (palette.BLUE, palette.GREEN, palette.VERMILION), strict=True)
     ):
         ax.plot(times / size, tip[:, i] / metres, label=f"${name}$", ls=dashes, color=colour)
     ax.set_xlim(times[0] / size, times[-1] / size)
@@ -133,12 +133,12 @@ def _energy(ax: Axes, trajectory: Trajectory) -> None:
         "sum": energy.balance - energy.load[0],
     }
     looks: Any = {
-        "kinetic": (style.VERMILION, "--"),
-        "elastic": (style.BLUE, "-"),
-        "loads": (style.GREEN, "-."),
-        "dissipated": (style.ORANGE, (0, (5.0, 1.5, 1.0, 1.5, 1.0, 1.5))),
-        "work": (style.SKY, (0, (1.0, 1.0))),
-        "sum": (style.BLACK, ":"),
+        "kinetic": (palette.VERMILION, "--"),
+        "elastic": (palette.BLUE, "-"),
+        "loads": (palette.GREEN, "-."),
+        "dissipated": (palette.ORANGE, (0, (5.0, 1.5, 1.0, 1.5, 1.0, 1.5))),
+        "work": (palette.SKY, (0, (1.0, 1.0))),
+        "sum": (palette.BLACK, ":"),
     }
     largest = max(float(np.max(np.abs(values))) for values in lines.values())
     unit, joules = prefix.quantity(largest, "J")
@@ -158,7 +158,7 @@ def _energy(ax: Axes, trajectory: Trajectory) -> None:
 def _say_what_failed(ax: Axes, trajectory: Trajectory) -> None:
     if not trajectory.converged:
         reached = f"{trajectory.times[-1]:.3g} s of {trajectory.motion.duration:.3g} s"
-        ax.set_title(f"{trajectory.status.code.replace('_', ' ')}: {reached}", color=style.VERMILION)
+        ax.set_title(f"{trajectory.status.code.replace('_', ' ')}: {reached}", color=palette.VERMILION)
 
 
 PANELS: Any = {"shapes": _fan, "tip": _tip, "energy": _energy}

@@ -23,6 +23,8 @@ def quantity(largest: float, unit: str) -> tuple[str, float]:
 
     As in ``quantity(2e-9, "N m")``, which is ("nN m", 1e-9).
     """
+    if not 0.0 < largest < math.inf:
+        return unit, 1.0
     known = {"m": LENGTHS, "1/m": PER_LENGTH, "s": TIMES}
     return _fitting(known.get(unit) or tuple((prefix + unit, size) for prefix, size in PREFIXES), largest)
 

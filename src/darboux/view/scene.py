@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from darboux.view.camera import Camera
 from darboux.view.look import corners_of
-from darboux.view.style import BLACK, axes_at, size_of
+from darboux.view.palette import BLACK
+from darboux.view.style import axes_at, size_of
 from darboux.view.tube import Faces
 
 if TYPE_CHECKING:

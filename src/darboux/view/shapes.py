@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.view import prefix, style
+from darboux.view import palette, prefix, style
 from darboux.view.look import Look
 from darboux.view.stage import Stage
 
@@ -24,7 +24,13 @@ TRIADS = 9  # places along the rod at which directors are drawn
 DIRECTOR = 0.07  # of the largest extent, their length
 INSET = (0.36, 0.26)  # of the axes' width and height, with its numbers a little more
 LEAST_INSET = 3.4  # inches, width of the axes in which it can still be read
-LINES: Any = (("-", style.BLUE), ("--", style.VERMILION), (":", style.BLACK), ("-.", style.GREEN), ("-", style.ORANGE))
+LINES: Any = (
+    ("-", palette.BLUE),
+    ("--", palette.VERMILION),
+    (":", palette.BLACK),
+    ("-.", palette.GREEN),
+    ("-", palette.ORANGE),
+)
 
 
 def shape(solution: EquilibriumSolution, ax: Any = None, new: style.NewFigure = style.new_figure) -> Axes:
@@ -84,7 +90,7 @@ def _directors(stage: Stage, r: Array, R: Array) -> None:
     length = DIRECTOR * float(np.max(np.ptp(r, axis=0)))
     for i in np.linspace(0, len(r) - 1, TRIADS).astype(int):
         for j in (0, 1):
-            colour, dashes = style.DIRECTORS[j], ("-", (0, (2.5, 1.0)))[j]
+            colour, dashes = palette.DIRECTORS[j], ("-", (0, (2.5, 1.0)))[j]
             label = f"$d_{j + 1}$" if i == 0 else None
             stage.line(
                 np.stack([r[i], r[i] + length * R[i, :, j]]), color=colour, lw=1.4, ls=dashes, zorder=4.0, label=label
@@ -103,7 +109,7 @@ def _say_what_failed(ax: Axes, solutions: list[EquilibriumSolution]) -> None:
     if failed:
         names = "" if len(solutions) == 1 else ", ".join(str(x.method) for x in failed) + " "
         ax.set_title(
-            f"{names}not converged: at {100.0 * failed[0].load_factor:.0f} % of the load", color=style.VERMILION
+            f"{names}not converged: at {100.0 * failed[0].load_factor:.0f} % of the load", color=palette.VERMILION
         )
 
 

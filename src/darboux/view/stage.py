@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.view import prefix, style
+from darboux.view import palette, prefix, style
 from darboux.view.look import MARGINS, Look, named
 from darboux.view.scene import Scene
 
@@ -70,7 +70,7 @@ class Stage:
         labels = (f"$x$ ({self.unit})", f"$y$ ({self.unit})", f"$z$ ({self.unit})")
         self.scene.box(low.tolist(), high.tolist(), None, labels)
 
-    def shape(self, r: Array, width: float = 2.0, colour: str = style.BLUE) -> None:
+    def shape(self, r: Array, width: float = 2.0, colour: str = palette.BLUE) -> None:
         """Draw one rod through r (n, 3) in m, in space so that it visibly passes before itself."""
         if self.scene.ax.axison:
             self.line(r, lw=width, color=colour)

@@ -16,6 +16,7 @@ import numpy as np
 
 from darboux import checks
 from darboux.errors import InvalidInput
+from darboux.view.palette import BLACK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,11 +24,7 @@ if TYPE_CHECKING:
 
 NewFigure = Callable[[float, float, str | None], "Figure"]
 
-# Okabe and Ito's colours (https://jfly.uni-koeln.de/color), ordered so that neighbours differ in lightness too.
-BLACK, BLUE, VERMILION, GREEN, SKY, ORANGE = "#1b1b1b", "#0072b2", "#d55e00", "#009e73", "#56b4e9", "#e69f00"
-GREY, PALE = "#7a7a7a", "#d9d9d9"
 SHEET = Path(__file__).with_name("article.mplstyle")
-DIRECTORS = ("#c44601", "#3f9bd1", "#1b1b1b")  # d1, d2, d3: middle, light and dark in grey
 
 
 @contextmanager

@@ -25,6 +25,11 @@ class Faces:
         return Faces(np.concatenate([self.corners, other.corners]), np.concatenate([self.colours, other.colours]))
 
 
+def sweep(r: Array, R: Array, outline: Array) -> Array:
+    """Return the points r + x1 d1 + x2 d2 (n, m, 3) of an outline (x1, x2), (m, 2) or (n, m, 2), carried along the rod."""
+    return np.asarray(r[:, None] + np.broadcast_to(outline, (len(r), *outline.shape[-2:])) @ R[:, :, :2].swapaxes(1, 2))
+
+
 def tube(
     r: Array,
     R: Array,
@@ -47,8 +52,7 @@ def tube(
     free = [a for a in plain if all(abs(_wrapped(a - place)) > 1.5 * half for place, half, _ in strips)]
     angle = np.sort(np.array(free + edges))
     angle = np.append(angle, angle[0] + 2.0 * np.pi)
-    outward = np.cos(angle)[:, None] * R[:, None, :, 0] + np.sin(angle)[:, None] * R[:, None, :, 1]  # (n, m, 3)
-    points = r[:, None] + radius * outward
+    points = sweep(r, R, radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
     corners = np.stack([points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]], axis=2)
     normal = corners.mean(axis=2) - 0.5 * (r[:-1] + r[1:])[:, None]
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)

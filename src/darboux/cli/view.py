@@ -1,0 +1,83 @@
+"""`darboux view`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from darboux.cli.shell import Anywhere, Quiet
+from darboux.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from darboux.solution import EquilibriumSolution
+    from darboux.trajectory import Trajectory
+
+
+def view(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="RESULT|FILE", help="A result, such as hanging.nc, or a scenario, which is solved."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="PICTURE", help="Draw a .png file, without a window or a display.")
+    ] = None,
+    field: Annotated[
+        str | None,
+        typer.Option(
+            "--field",
+            metavar="F",
+            help="What colours the rod: curvature, twist, moment, force, tension, stress, energy, speed or none.",
+        ),
+    ] = None,
+    time: Annotated[
+        float | None, typer.Option("--time", metavar="T", help="The time of a motion in s; else its last.")
+    ] = None,
+    ghost: Annotated[bool, typer.Option("--ghost", help="Show the unloaded shape too; of a motion its first.")] = False,
+    directors: Annotated[bool, typer.Option("--directors", help="Show d1, d2, d3 as arrows.")] = False,
+    thicker: Annotated[
+        float | None, typer.Option("--thicker", metavar="N", help="Draw the rod N times as thick; else as can be seen.")
+    ] = None,
+    size: Annotated[str, typer.Option("--size", metavar="WxH", help="Width and height in pixels.")] = "1200x900",
+    quiet: Quiet = False,
+    anywhere: Anywhere = False,
+) -> None:
+    """Show a result or a scenario in space: a tube with its true section, coloured by a field; supports and loads."""
+    from darboux.errors import NotConverged
+
+    pixels = size_of(size)
+    result = found(file, anywhere)
+    from darboux.view.space import show
+
+    show.view(result, field=field, out=out, t=time, ghost=ghost, directors=directors, thicker=thicker, size=pixels)
+    if out is not None and not quiet:
+        typer.echo(f"Drawn in {out}")
+    if file.suffix.lower() == ".toml" and not result.converged:
+        raise NotConverged(result.status.message, result)
+
+
+def found(file: Path, anywhere: bool) -> EquilibriumSolution | Trajectory:
+    """Return what a result holds, or the answer to a scenario: its motion where it states one."""
+    if file.suffix.lower() != ".toml":
+        from darboux import store
+
+        return store.open(file)  # type: ignore[no-any-return]
+    from darboux import scenario
+
+    stated = scenario.read(file, anywhere=anywhere)
+    if stated.motion is not None:
+        from darboux.dynamics.simulate import simulate
+
+        return simulate(stated.motion, stated.motion_method, throw=False)
+    from darboux.statics.solve import solve
+
+    return solve(stated.problem, stated.method, throw=False)
+
+
+def size_of(words: str) -> tuple[int, int]:
+    """Return width and height of a text such as 1200x900."""
+    parts = words.lower().split("x")
+    if len(parts) != 2 or not all(part.isdigit() for part in parts):
+        raise InvalidInput(f"--size is {words!r}; it must be width and height in pixels, such as 1200x900.")
+    return int(parts[0]), int(parts[1])

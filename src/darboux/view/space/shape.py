@@ -1,0 +1,126 @@
+"""A rod as it lies, at places dense enough to draw: of a solution, of a trajectory at a time, or without its loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux import frames
+from darboux.natural import smallest_rotation
+from darboux.problem import Equilibrium
+from darboux.rod import Rod
+from darboux.solution import EquilibriumSolution
+from darboux.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+LEAST, MOST = 200, 20_000  # places along a rod
+PER_TURN = 60  # places for each turn of its frame
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The rod at n places: ``s`` (n,) in m, ``r`` (n, 3) in m, directors ``R`` (n, 3, 3), curvature and twist ``k`` (n, 3) in 1/m.
+
+    ``strains`` are (v - v0, k - k0) and ``forces`` (R^T n, R^T m), (n, 6) each, section's frame; ``axial_force_known`` is
+    False where the force along the rod is not among the results (an inextensible rod in motion) and stands as zero;
+    ``velocity`` (n, 3) in m/s in motion.
+    """
+
+    rod: Rod
+    s: Array
+    r: Array
+    R: Array
+    k: Array
+    strains: Array
+    forces: Array
+    axial_force_known: bool = True
+    velocity: Array | None = None
+
+
+def of(solution: EquilibriumSolution) -> Shape:
+    """Return the shape of an equilibrium."""
+    rod = solution.problem.rod
+    rough = np.linspace(0.0, rod.length, 4 * LEAST + 1)
+    s = _places(rod, float(np.mean(np.linalg.norm(solution.k(rough), axis=1))))
+    R, k = solution.R(s), solution.k(s)
+    strains = np.hstack([solution.v(s) - [0.0, 0.0, 1.0], k - rod.k0(s)])
+    forces = np.hstack([np.einsum("nji,nj->ni", R, vector) for vector in (solution.n(s), solution.m(s))])
+    return Shape(rod, s, solution.r(s), R, k, strains, forces)
+
+
+def at(trajectory: Trajectory, t: float) -> Shape:
+    """Return the shape at a time t in s; the strains are those of the discrete rod at its vertices, straight between them."""
+    from scipy.interpolate import CubicSpline
+
+    rod, now = trajectory.motion.problem.rod, trajectory.at(t)
+    middles = 0.5 * (now.s[1:] + now.s[:-1])
+    turns = frames.quaternion_of_matrix(np.einsum("nji,njk->nik", now.R[:-1], now.R[1:]))
+    turns *= np.where(turns[:, :1] < 0.0, -1.0, 1.0)
+    sine = np.linalg.norm(turns[:, 1:], axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, turns[:, :1])
+    curvature = angle * turns[:, 1:] / np.maximum(sine, 1e-300) / np.diff(middles)[:, None]
+    s = _places(
+        rod, float(np.mean(np.linalg.norm(curvature, axis=1))), len(middles) * max(4, -(-LEAST // len(middles)))
+    )
+    spline = CubicSpline(now.s, now.r)
+    d3, d1 = spline(s, 1), _between(s, middles, now.R[:, :, 0])
+    d3 /= np.linalg.norm(d3, axis=1, keepdims=True)
+    d1 -= np.sum(d1 * d3, axis=1, keepdims=True) * d3
+    d1 /= np.linalg.norm(d1, axis=1, keepdims=True)
+    k = _between(s, now.s[1:-1], curvature)
+    strains = np.zeros((len(s), 6))
+    strains[:, 3:] = k - rod.k0(s)
+    if rod.stretch:
+        stretch = np.linalg.norm(np.diff(now.r, axis=0), axis=1) / np.diff(now.s) - 1.0
+        strains[:, 2] = np.interp(s, middles, stretch)
+    forces = np.einsum("nij,nj->ni", rod.stiffness(s).matrix, strains)
+    R = np.stack([d1, np.cross(d3, d1), d3], axis=-1)
+    return Shape(rod, s, spline(s), R, k, strains, forces, rod.stretch, _between(s, now.s, now.velocity))
+
+
+def unloaded(problem: Equilibrium) -> Shape:
+    """Return the rod without its loads, laid at the support that places it; for a ring the round one."""
+    from darboux.statics import first_shape, laying
+    from darboux.statics.coefficients import Scale
+
+    rod = problem.rod
+    rough = np.linspace(0.0, rod.length, 4 * LEAST + 1)
+    s = _places(rod, float(np.mean(np.linalg.norm(rod.k0(rough), axis=1))))
+    round_one = first_shape.of_problem(problem)
+    if round_one is not None:
+        scale = Scale.of(problem)
+        r, q = round_one.states(s / rod.length)
+        r, R, k = (
+            scale.origin + scale.length * r,
+            frames.matrix_of_quaternion(q),
+            round_one.k(s / rod.length) / rod.length,
+        )
+    else:
+        support, x, lie = laying.laid(problem)
+        places = np.append(s / rod.length, x)
+        r, q = first_shape.shape_of(lambda x: rod.k0(x * rod.length) * rod.length, places)
+        R = frames.matrix_of_quaternion(q)
+        turn = lie @ R[-1].T if lie.ndim == 2 else smallest_rotation(_direction(r[-2] - r[0]), lie)
+        r = np.array(support.position) + rod.length * (r[:-1] - r[-1]) @ turn.T
+        R, k = turn @ R[:-1], rod.k0(s)
+    nothing = np.zeros((len(s), 6))
+    return Shape(rod, s, r, R, k, nothing, nothing)
+
+
+def _direction(vector: Array) -> Array:
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+
+
+def _places(rod: Rod, turning: float, least: int = LEAST) -> Array:
+    """Return places along the rod: evenly, and where its data bend; ``turning`` is the mean of |k| in 1/m."""
+    count = int(np.clip(PER_TURN * turning * rod.length / frames.turn, min(least, MOST), MOST))
+    return np.union1d(np.linspace(0.0, rod.length, count + 1), rod.breaks)
+
+
+def _between(s: Array, at: Array, values: Array) -> Array:
+    """Return the values (n, 3) given at the places ``at``, straight between them and the same beyond."""
+    return np.stack([np.interp(s, at, column) for column in values.T], axis=1)
