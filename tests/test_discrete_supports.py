@@ -201,13 +201,36 @@ def test_supports_between_the_ends() -> None:
 STEEL = dx.Material(E=210e9, nu=0.3, density=7850)
 
 
-def test_frequencies() -> None:
-    """Clamped and free: 1.87510^2 and 4.69409^2, torsion c / 4 L with c^2 = G / rho, axial with E / rho; a steel bar."""
-    bar = dx.Rod(1.0, dx.Circle(5e-3), STEEL, stretch=True)
-    modes = dx.solve(dx.Equilibrium(bar), dx.DiscreteRod(200)).modes(24)
-    bending = np.sqrt(210e9 * 0.005**2 / 4.0 / 7850) / dx.turn
-    wanted = [1.8751040687**2 * bending, np.sqrt(210e9 / 2.6 / 7850) / 4.0, np.sqrt(210e9 / 7850) / 4.0]
-    for frequency in wanted:
+BENDING = {  # beta L of cos beta cosh beta = -1, 0 and others: R. D. Blevins (1979), table 8-1
+    "clamped, free": ({}, (1.8751040687, 4.6940911330, 7.8547574382)),
+    "pinned, pinned": ({"start": dx.Pinned(), "end": dx.Pinned(position=UP)}, (np.pi, 2.0 * np.pi, 3.0 * np.pi)),
+    "clamped, pinned": ({"end": dx.Pinned(position=UP)}, (3.9266023120, 7.0685827456, 10.2101761228)),
+}
+BAR = dx.Rod(1.0, dx.Circle(5e-3), STEEL, stretch=True)
+
+
+@pytest.mark.parametrize("name", BENDING)
+def test_frequencies_of_bending(name: str) -> None:
+    supports, betas = BENDING[name]
+    modes = dx.solve(dx.Equilibrium(BAR, **supports), dx.DiscreteRod(200)).modes(7)
+    wanted = np.repeat(np.array(betas) ** 2, 2) * np.sqrt(210e9 * 0.005**2 / 4.0 / 7850) / dx.turn
+    found = modes.frequencies[modes.frequencies > 0.0]  # between two ball joints the bar spins freely
+    np.testing.assert_allclose(found[:6], wanted, rtol=1e-4)
+
+
+def test_extrapolated_frequencies() -> None:
+    """Between clamps the error is the largest, that of the trapezoidal rule at either end; 100 segments and 200."""
+    modes = dx.solve(dx.Equilibrium(BAR, end=dx.Clamped(position=UP)), dx.DiscreteRod(100, extrapolate=True)).modes(6)
+    betas = np.repeat([4.7300407449, 7.8532046241, 10.9956078380], 2)
+    np.testing.assert_allclose(
+        modes.frequencies * dx.turn, betas**2 * np.sqrt(210e9 * 0.005**2 / 4.0 / 7850), rtol=1e-6
+    )
+
+
+def test_frequencies_of_torsion_and_stretch() -> None:
+    """c / 4 L with c^2 = G / rho and E / rho, clamped and free."""
+    modes = dx.solve(dx.Equilibrium(BAR), dx.DiscreteRod(200)).modes(24)
+    for frequency in (np.sqrt(210e9 / 2.6 / 7850) / 4.0, np.sqrt(210e9 / 7850) / 4.0):
         assert np.min(np.abs(modes.frequencies / frequency - 1.0)) < 1e-4
     np.testing.assert_allclose(modes.stiffness, modes.frequencies**2 * dx.turn**2 * 7850 * np.pi * 0.005**2, rtol=1e-12)
 
