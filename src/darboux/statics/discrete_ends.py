@@ -191,10 +191,9 @@ class End:
             H[PHI, PHI] += _spring_tangent(k, R @ self.R.T)
         if self.groove:
             c, by_unknowns, across = self.out_of_groove(x, R)
-            force = reaction + penalty * c
-            g += force @ by_unknowns
+            g += (reaction + penalty * c) @ by_unknowns
             H += penalty * by_unknowns.T @ by_unknowns
-            F = force @ across
+            F = reaction @ across  # what is expected of the groove, not the penalty of a guess that lies beside it
             H[DX, PHI] -= cross_matrix(F)
             H[PHI, DX] += cross_matrix(F)
             H[PHI, PHI] += turned_twice(F, u)
