@@ -49,8 +49,10 @@ def orders(problem: dx.Equilibrium, names: str = "rnm") -> dict[str, float]:
 
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_order_2_under_every_support(name: str) -> None:
-    """At the end and at the start, in space, on an anisotropic rod that is bent and twisted at rest."""
+    """In space, on an anisotropic rod that is bent and twisted at rest, under a line load, an end force and an end moment."""
     loads = [dx.LineForce((1.0, 0.8, -0.6))]
+    if "clamped" not in name:
+        loads += [dx.EndForce((0.4, 0.3, -0.5)), dx.EndMoment((0.2, -0.3, 0.1))]
     found = orders(dx.Equilibrium(BENT, end=SUPPORTS[name], loads=loads))
     assert all(1.8 < order < 2.2 for order in found.values()), f"order {found}, declared 2"
 
@@ -115,7 +117,8 @@ def test_derivatives_of_a_support(name: str) -> None:
     e, h = np.eye(6), 1e-3
     first = [(energy(h * a) - energy(-h * a)) / (2.0 * h) for a in e]
     second = [
-        [sum(i * j * energy(h * (i * a + j * b)) for i in (1, -1) for j in (1, -1)) / (4.0 * h**2) for a in e] for b in e
+        [sum(i * j * energy(h * (i * a + j * b)) for i in (1, -1) for j in (1, -1)) / (4.0 * h**2) for a in e]
+        for b in e
     ]
     terms = end.terms(x, R, reaction, penalty)
     np.testing.assert_allclose(terms.gradient, first, atol=1e-4)

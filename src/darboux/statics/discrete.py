@@ -35,15 +35,15 @@ class DiscreteRod:
     """Discrete elastic rods of ``segments`` edges, by Newton's method on the exact banded Hessian.
 
     Order 2 in 1/segments with ``clamp="half_cell"`` (a spring of half a cell ties the first edge to the clamp), order 1
-    with ``clamp="two_vertices"`` (the first edge frozen, as in the paper's figure 5). Domain: rods that do not shear;
-    stretching by EA, or inextensible by multipliers; all supports at the ends, and between them those that hold or spring
-    displacements; all loads, with their exact tangent. Counts the unstable directions where the loads have a potential, and
-    its solutions have `modes`.
+    with ``clamp="two_vertices"`` (the first edge frozen, as in the paper's figure 5); one more where extrapolated. Domain:
+    rods that do not shear; stretching by EA, or inextensible by multipliers, as rings must be; all supports at the ends,
+    and between them those that hold or spring displacements; all loads, with their exact tangent. Counts the unstable
+    directions where the loads have a potential, and its solutions have `modes`.
 
-    Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments are extrapolated
-    (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable equilibrium downhill;
-    ``grading`` the longest segment over the shortest (1: all equal), which shrink smoothly towards the held ends, where
-    boundary layers lie. Raises ``InvalidInput``.
+    Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments (a ring's: 3 N) are
+    extrapolated (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable
+    equilibrium downhill; ``grading`` the longest segment over the shortest (1: all equal), which shrink smoothly towards
+    the held ends, where boundary layers lie. Raises ``InvalidInput``.
     """
 
     segments: int = 100
@@ -74,8 +74,7 @@ class DiscreteRod:
     @property
     def order(self) -> int:
         """The order of the error in 1/segments."""
-        order = 2 if self.clamp == "half_cell" else 1
-        return 2 * order if self.extrapolate else order
+        return (2 if self.clamp == "half_cell" else 1) + int(self.extrapolate)
 
     def refined(self, factor: int) -> DiscreteRod:
         """Return the method with ``factor`` times the segments."""
@@ -178,7 +177,7 @@ class DiscreteRod:
         """
         if not fine.converged:
             return fine
-        gain = 1.0 / (parts ** (self.order // 2) - 1)
+        gain = 1.0 / (parts ** (self.order - 1) - 1)
         next_to = np.clip(np.searchsorted(coarse.curve.s, fine.curve.s), 1, len(coarse.curve.s) - 1)
         gaps = [np.abs(coarse.curve.s[next_to - i] - fine.curve.s) for i in (0, 1)]
         common = np.minimum(*gaps) < 1e-9 * coarse.curve.s[-1]
