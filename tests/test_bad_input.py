@@ -92,7 +92,7 @@ MISTAKES = {
     "unknown clamp": (lambda: dx.DiscreteRod(clamp="half"), ["discrete_rod.clamp", "Did you mean 'half_cell'?"]),
     "grading below one": (lambda: dx.DiscreteRod(grading=0.5), ["discrete_rod.grading", "1 (equal segments)"]),
     "a shearing discrete rod": (lambda: dx.solve(dx.Equilibrium(dx.Rod(1, CIRCLE, RUBBER, shear=True)), dx.DiscreteRod()), ["DiscreteRod", "shear", "Collocation()"]),
-    "a discrete ring": (lambda: dx.solve(dx.Ring(BARE), dx.DiscreteRod()), ["Ring", "DiscreteRod has two ends", "Collocation()"]),
+    "a graded ring": (lambda: dx.solve(dx.Ring(BARE), dx.DiscreteRod(grading=2.0)), ["Ring", "equal segments", "grading"]),
     "a clamp between a discrete rod's ends": (lambda: dx.solve(dx.Equilibrium(BARE, between={0.5: dx.Clamped((0, 0, 0.5))}), dx.DiscreteRod()), ["Clamped at s = 0.5 m", "DiscreteRod", "Collocation()"]),
     "a stretching elastica": (lambda: dx.solve(dx.Equilibrium(dx.Rod(1, CIRCLE, RUBBER, stretch=True)), dx.Elastica()), ["Elastica", "stretch"]),
     "integrate from nan": (lambda: dx.integrate(BARE, k=(NAN, 0, 0)), ["integrate.k", "finite"]),

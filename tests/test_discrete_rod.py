@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import darboux as dx
+from darboux.paper.cases import figure6
 from darboux.statics.discrete_chain import nodes_along
 from tests import cases
 from tests.cases import ALONG_X, UNIT
@@ -78,6 +79,24 @@ def test_segments_graded_towards_the_clamp_do_better() -> None:
     errors = [tip_error(STRETCH, dx.DiscreteRod(N, grading=8.0)) for N in (128, 256)]
     order = np.log2(errors[0] / errors[1])
     assert 1.9 < order < 2.1, f"order {order:.3f}, declared 2"
+
+
+def test_figure_6() -> None:
+    """A terminal moment winds a straight rod into a helix: order 2 from 50 segments on."""
+    problem = figure6()
+    tip = dx.solve(problem).tip
+    errors = [np.linalg.norm(dx.solve(problem, dx.DiscreteRod(N)).tip - tip) / problem.rod.length for N in (100, 200)]
+    order = np.log2(errors[0] / errors[1])
+    assert 1.9 < order < 2.1, f"order {order:.3f}, declared 2; errors {errors}"
+
+
+@pytest.mark.parametrize("problem", [cases.heavy(10.0), cases.posed()], ids=["clamped and free", "two clamps"])
+def test_the_order_of_what_is_extrapolated(problem: dx.Equilibrium) -> None:
+    """Order 3: the half cell at a clamp turns by half of what others do, and its strain, 2 tan(phi / 2), errs less than half."""
+    exact, methods = dx.solve(problem).r(0.5), [dx.DiscreteRod(N, extrapolate=True) for N in (40, 80)]
+    errors = [np.linalg.norm(dx.solve(problem, method).r(0.5) - exact) for method in methods]
+    order = np.log2(errors[0] / errors[1])
+    assert order == pytest.approx(methods[0].order, abs=0.25), f"order {order:.2f}, declared {methods[0].order}"
 
 
 @pytest.mark.parametrize("held", [(True, False), (False, True), (True, True)])

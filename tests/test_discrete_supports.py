@@ -11,6 +11,7 @@ import pytest
 import darboux as dx
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
+from darboux.statics.discrete_ends import rotation
 
 UP = (0, 0, 1)
 SECTION = dx.Stiffness(EI1=1.0, EI2=1.4, GJ=0.75, EA=30.0, mass=1.0)
@@ -48,8 +49,10 @@ def orders(problem: dx.Equilibrium, names: str = "rnm") -> dict[str, float]:
 
 @pytest.mark.parametrize("name", SUPPORTS)
 def test_order_2_under_every_support(name: str) -> None:
-    """At the end and at the start, in space, on an anisotropic rod that is bent and twisted at rest."""
+    """In space, on an anisotropic rod that is bent and twisted at rest, under a line load, an end force and an end moment."""
     loads = [dx.LineForce((1.0, 0.8, -0.6))]
+    if "clamped" not in name:
+        loads += [dx.EndForce((0.4, 0.3, -0.5)), dx.EndMoment((0.2, -0.3, 0.1))]
     found = orders(dx.Equilibrium(BENT, end=SUPPORTS[name], loads=loads))
     assert all(1.8 < order < 2.2 for order in found.values()), f"order {found}, declared 2"
 
@@ -99,9 +102,37 @@ def test_extrapolated_answers_under_every_load(name: str) -> None:
 FOLLOWING = [load for name, load in LOADS.items() if "follower" in name or "couple" in name or "shape" in name]
 
 
-@pytest.mark.parametrize("name", [name for name in SUPPORTS if name != "groove"])
+@pytest.mark.parametrize("name", ["groove", "spring"])
+def test_derivatives_of_a_support(name: str) -> None:
+    """Gradient and second derivative by (phi, dx) of what a groove and a spring add, against differences of the energy."""
+    chain = Chain(dx.Equilibrium(BENT, end=SUPPORTS[name]), nodes_along(4, 1.0, True, True), two_vertices=False)
+    end, penalty = chain.ends[1], 40.0
+    R = rotation(np.array([0.3, -0.5, 0.4])) @ end.R
+    x = end.position + 0.3 * R @ end.support.displacement_axes[:, 0]  # in the groove
+    reaction = np.array([2.0, -3.0])
+
+    def energy(v: np.ndarray) -> float:
+        return end.energy(x + v[3:], rotation(v[:3]) @ R, reaction, penalty)
+
+    e, h = np.eye(6), 1e-3
+    first = [(energy(h * a) - energy(-h * a)) / (2.0 * h) for a in e]
+    second = [
+        [sum(i * j * energy(h * (i * a + j * b)) for i in (1, -1) for j in (1, -1)) / (4.0 * h**2) for a in e]
+        for b in e
+    ]
+    terms = end.terms(x, R, reaction, penalty)
+    np.testing.assert_allclose(terms.gradient, first, atol=1e-4)
+    np.testing.assert_allclose(terms.tangent, second, atol=1e-4)
+
+
+def test_a_groove_takes_few_iterations() -> None:
+    problem = dx.Equilibrium(BENT, end=SUPPORTS["groove"], loads=[dx.LineForce((1.0, 0.8, -0.6))])
+    assert dx.solve(problem, dx.DiscreteRod(50)).statistics["newton_iterations"] < 25
+
+
+@pytest.mark.parametrize("name", SUPPORTS)
 def test_newtons_method_is_quadratic_under_every_support_and_load(name: str) -> None:
-    """The size of each step is the square of the last, which holds for exact derivatives only. A groove's multipliers take more."""
+    """The size of each step is the square of the last, which holds for exact derivatives only."""
     ends = [] if "clamped" in name else [load for load in FOLLOWING if load.place]
     loads = [dx.LineForce((1.0, 0.8, -0.6)), *ends, *(load for load in FOLLOWING if not load.place)]
     rod = dataclasses.replace(BENT, stretch=True)
@@ -201,13 +232,36 @@ def test_supports_between_the_ends() -> None:
 STEEL = dx.Material(E=210e9, nu=0.3, density=7850)
 
 
-def test_frequencies() -> None:
-    """Clamped and free: 1.87510^2 and 4.69409^2, torsion c / 4 L with c^2 = G / rho, axial with E / rho; a steel bar."""
-    bar = dx.Rod(1.0, dx.Circle(5e-3), STEEL, stretch=True)
-    modes = dx.solve(dx.Equilibrium(bar), dx.DiscreteRod(200)).modes(24)
-    bending = np.sqrt(210e9 * 0.005**2 / 4.0 / 7850) / dx.turn
-    wanted = [1.8751040687**2 * bending, np.sqrt(210e9 / 2.6 / 7850) / 4.0, np.sqrt(210e9 / 7850) / 4.0]
-    for frequency in wanted:
+BENDING = {  # beta L of cos beta cosh beta = -1, 0 and others: R. D. Blevins (1979), table 8-1
+    "clamped, free": ({}, (1.8751040687, 4.6940911330, 7.8547574382)),
+    "pinned, pinned": ({"start": dx.Pinned(), "end": dx.Pinned(position=UP)}, (np.pi, 2.0 * np.pi, 3.0 * np.pi)),
+    "clamped, pinned": ({"end": dx.Pinned(position=UP)}, (3.9266023120, 7.0685827456, 10.2101761228)),
+}
+BAR = dx.Rod(1.0, dx.Circle(5e-3), STEEL, stretch=True)
+
+
+@pytest.mark.parametrize("name", BENDING)
+def test_frequencies_of_bending(name: str) -> None:
+    supports, betas = BENDING[name]
+    modes = dx.solve(dx.Equilibrium(BAR, **supports), dx.DiscreteRod(200)).modes(7)
+    wanted = np.repeat(np.array(betas) ** 2, 2) * np.sqrt(210e9 * 0.005**2 / 4.0 / 7850) / dx.turn
+    found = modes.frequencies[modes.frequencies > 0.0]  # between two ball joints the bar spins freely
+    np.testing.assert_allclose(found[:6], wanted, rtol=1e-4)
+
+
+def test_extrapolated_frequencies() -> None:
+    """Between clamps the error is the largest, that of the trapezoidal rule at either end; 100 segments and 200."""
+    modes = dx.solve(dx.Equilibrium(BAR, end=dx.Clamped(position=UP)), dx.DiscreteRod(100, extrapolate=True)).modes(6)
+    betas = np.repeat([4.7300407449, 7.8532046241, 10.9956078380], 2)
+    np.testing.assert_allclose(
+        modes.frequencies * dx.turn, betas**2 * np.sqrt(210e9 * 0.005**2 / 4.0 / 7850), rtol=1e-6
+    )
+
+
+def test_frequencies_of_torsion_and_stretch() -> None:
+    """c / 4 L with c^2 = G / rho and E / rho, clamped and free."""
+    modes = dx.solve(dx.Equilibrium(BAR), dx.DiscreteRod(200)).modes(24)
+    for frequency in (np.sqrt(210e9 / 2.6 / 7850) / 4.0, np.sqrt(210e9 / 7850) / 4.0):
         assert np.min(np.abs(modes.frequencies / frequency - 1.0)) < 1e-4
     np.testing.assert_allclose(modes.stiffness, modes.frequencies**2 * dx.turn**2 * 7850 * np.pi * 0.005**2, rtol=1e-12)
 

@@ -38,6 +38,40 @@ def test_michells_ring(link: float, stable: bool) -> None:
     assert dx.solve(dx.Ring(ROUND, link=link)).stable == stable
 
 
+@pytest.mark.parametrize(("share", "index"), [(0.998, 0), (1.002, 2), (-1.002, 2)])
+def test_the_index_of_a_discrete_ring_on_both_sides_of_michells(share: float, index: int) -> None:
+    """Two waves around the ring, in two places: two directions. That the ring may roll about its centreline is none."""
+    assert dx.solve(dx.Ring(ROUND, link=share * CRITICAL), dx.DiscreteRod(200)).index == index
+
+
+def test_a_discrete_ring_under_load_is_of_second_order() -> None:
+    """A flat ring, twisted by half a turn, hangs from a section: places, forces and moments against Collocation."""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.3, GJ=GJ), natural=(0.3, 1.0, 0.0))
+    problem = dx.Ring(rod, link=0.5, start=dx.Clamped(tangent=(1, 0, 0)), loads=[dx.LineForce((0, 3.0, -20.0))])
+    exact = dx.solve(problem)
+    found = [dx.solve(problem, dx.DiscreteRod(N)) for N in (60, 120)]
+    for name in "rnm":
+        wanted = getattr(exact, name)(POINTS)
+        gaps = [np.max(np.abs(getattr(x, name)(POINTS) - wanted)) for x in found]
+        assert 1.8 < np.log2(gaps[0] / gaps[1]) < 2.2, f"{name}: {gaps}, declared order 2"
+    np.testing.assert_allclose(
+        found[1].reactions.start.force + found[1].reactions.end.force, (0, -3.0, 20.0), atol=1e-7
+    )
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0 / 3.0])
+def test_vibrations_of_a_ring(ratio: float) -> None:
+    """Free of stress, n waves around, R = EI = rhoA = 1: n^2 (n^2 - 1)^2 / (n^2 + 1) in its plane, / (n^2 + EI / GJ) out of it.
+
+    A. E. H. Love, Mathematical Theory of Elasticity, art. 293. First come six rigid motions, then every mode twice.
+    """
+    rod = dx.Rod(2.0 * np.pi, dx.Stiffness(EI1=1.0, GJ=ratio, mass=1.0), natural=(0, 1.0, 0))
+    found = dx.natural_modes(dx.Ring(rod), 14, segments=198).frequencies * dx.turn
+    n = np.array([2.0, 3.0])
+    wanted = np.concatenate([n * (n**2 - 1.0) / np.sqrt(n**2 + more) for more in (1.0, 1.0 / ratio)])
+    np.testing.assert_allclose(found, np.sort([*[0.0] * 6, *wanted, *wanted]), rtol=1e-4)
+
+
 def test_a_ring_of_a_naturally_round_rod_is_free_of_stress() -> None:
     x = dx.solve(dx.Ring(dx.Rod(1.0, ROUND.section, natural=(0, 2 * np.pi, 0))))
     np.testing.assert_allclose(x.m(POINTS), 0.0, atol=1e-10)
@@ -82,9 +116,16 @@ def test_what_a_ring_refuses() -> None:
         dx.Ring(ROUND, start=dx.Pinned())
     with pytest.raises(dx.InvalidInput, match=r"ring.link is 'two'"):
         dx.Ring(ROUND, link="two")
-    for method in (dx.Shooting(), dx.Elastica(), dx.DiscreteRod(20)):
+    for method in (dx.Shooting(), dx.Elastica()):
         with pytest.raises(dx.InvalidInput, match=r"closed to a Ring.*use Collocation"):
             dx.solve(dx.Ring(ROUND), method)
+    soft = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=GJ, EA=100.0), stretch=True)
+    with pytest.raises(dx.InvalidInput, match=r"ring stretches.*use Collocation"):
+        dx.solve(dx.Ring(soft), dx.DiscreteRod(20))
+    with pytest.raises(dx.InvalidInput, match=r"a Ring on equal segments; leave out grading"):
+        dx.solve(dx.Ring(ROUND), dx.DiscreteRod(20, grading=2.0))
+    with pytest.raises(dx.InvalidInput, match=r"leave out about"):
+        dx.natural_modes(dx.Ring(ROUND), about="equilibrium")
 
 
 def test_a_ring_is_a_value() -> None:

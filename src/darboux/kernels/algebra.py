@@ -12,11 +12,15 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]  # scalar first
 Rotation = tuple[float, float, float, float, float, float, float, float, float]  # row by row
 
+# An index that is unsigned never counts from the end: the compiler leaves out what looks for that, and uses vectors.
+ONE, TWO = np.uint64(1), np.uint64(2)
+
 
 @inline
 def vector(x: Array, i: int) -> Vector:
     """The three numbers of x from i on."""
-    return x[i], x[i + 1], x[i + 2]
+    o = np.uint64(i)
+    return x[o], x[o + ONE], x[o + TWO]
 
 
 @inline
@@ -28,15 +32,17 @@ def quaternion(x: Array, i: int) -> Quaternion:
 @inline
 def store(x: Array, i: int, a: Vector) -> None:
     """x[i], x[i + 1], x[i + 2] = a."""
-    x[i], x[i + 1], x[i + 2] = a
+    o = np.uint64(i)
+    x[o], x[o + ONE], x[o + TWO] = a
 
 
 @inline
 def add(x: Array, i: int, a: Vector) -> None:
     """Add a to the three numbers of x from i on."""
-    x[i] += a[0]
-    x[i + 1] += a[1]
-    x[i + 2] += a[2]
+    o = np.uint64(i)
+    x[o] += a[0]
+    x[o + ONE] += a[1]
+    x[o + TWO] += a[2]
 
 
 @inline
@@ -134,7 +140,8 @@ def transposed_times(x: Array, i: int, a: Vector) -> Vector:
 @inline
 def symmetric_times(x: Array, i: int, a: Vector) -> Vector:
     """X a, with X the symmetric matrix stored as 11, 22, 33, 23, 13, 12 in x from i on."""
-    x11, x22, x33, x23, x13, x12 = x[i], x[i + 1], x[i + 2], x[i + 3], x[i + 4], x[i + 5]
+    x11, x22, x33 = vector(x, i)
+    x23, x13, x12 = vector(x, i + 3)
     return (
         x11 * a[0] + x12 * a[1] + x13 * a[2],
         x12 * a[0] + x22 * a[1] + x23 * a[2],

@@ -21,8 +21,8 @@ The chart: a step (dx, theta) carries each edge's directors from the old tangent
 time, then turns them by theta about the new tangent. Derivatives are taken at the step 0, and the state moves along
 with each accepted step (`advance`). They are exact in this chart, holonomy included.
 
-Notation of the derivatives: w_a is a change of the unit tangent a (perpendicular to it), e_a one of the edge vector,
-P_a = I - a a^T, and r_a = 1 / |a| the edge's inverse length. By edges a spring has eight unknowns, (e_a, theta_a, e_b,
+Notation of the derivatives: w_a is a change of the unit tangent a (perpendicular to it), e_a one of the edge vector, and
+r_a = 1 / |a| the edge's inverse length. By edges a spring has eight unknowns, (e_a, theta_a, e_b,
 theta_b), by vertices eleven, (x_-, theta_a, x, theta_b, x_+), which are neighbours in the packed order.
 
 Sources: M. Bergou et al., Discrete elastic rods, ACM Trans. Graph. 27 (2008) 63; Discrete viscous threads, ibid. 29
@@ -38,11 +38,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import (
+    Rotation,
     Vector,
     across,
     add,
     cross,
     dot,
+    minus,
     mix,
     plus,
     scaled,
@@ -59,7 +61,7 @@ Array = NDArray[np.float64]
 # The workspace of one spring: 8 numbers for each of these, then its Hessian by edges, 8 rows of 8, where AA is the
 # block (e_a, e_a), AB is (e_a, e_b), BB is (e_b, e_b) and ANGLE is the row of theta_a. Below the diagonal blocks
 # nothing is kept.
-KAPPA1, KAPPA2, TWIST, CHI, PHI, SIGMA, AA = 0, 8, 16, 24, 32, 40, 48
+KAPPA1, KAPPA2, TWIST, CHI, PHI, AA = 0, 8, 16, 24, 32, 40
 ROW = 8
 AB, ANGLE, BB = AA + 4, AA + 3 * ROW, AA + 4 * ROW + 4
 WORK = AA + 8 * ROW
@@ -216,36 +218,71 @@ def energy(state: State, rod: Elasticity, loads: Loads, parts: Array) -> float:
     return np.inf if math.isnan(total) else total
 
 
-# First derivatives of a spring
+# Derivatives of a spring, in the frames of its own edges
+#
+# A direction moves across itself only: w_a has components along a1 and a2, w_b along b1 and b2. With Q_ij = a_i.b_j, a3 = a,
+# b3 = b and c = Q33, the gradients by (w_a, theta_a, w_b, theta_b) are
+#
+#     chi grad kappa1 = (Q12 - kappa1 Q13, Q22 + c - kappa1 Q23, Q13, -Q21 - kappa1 Q31, -Q22 - c - kappa1 Q32, -Q31)
+#     chi grad kappa2 = (-Q11 - c - kappa2 Q13, -Q21 - kappa2 Q23, Q23, Q11 + c - kappa2 Q31, Q12 - kappa2 Q32, -Q32)
+#     chi grad m      = (-Q23, Q13, -chi, Q32, -Q31, chi)
+#     grad chi        = (Q13, Q23, 0, Q31, Q32, 0)
+#
+# and the Hessian of the spring's energy, with its moments mu = B/V (kappa - kappa0), is
+#
+#     sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma grad chi^T - grad chi sigma^T + remainder
+#     chi sigma = mu1 grad kappa1 + mu2 grad kappa2 + (mu3 grad_w m + (mu2, -mu1, 0, -mu2, mu1, 0)) / 2
+#
+# The remainder, over chi, is with psi = mu1 kappa1 + mu2 kappa2, alpha = mu1 Q32 - mu2 Q31 and beta = mu1 Q23 - mu2 Q13
+#
+#     (w_a, w_a)  (psi c - alpha) I     (w_a, theta_a)  -c (mu1, mu2)                  (theta_a, theta_a)   beta
+#     (w_b, w_b)  (psi c + beta) I      (w_b, theta_b)   c (mu1, mu2)                  (theta_b, theta_b)  -alpha
+#     (w_a, w_b)  u grad_b chi^T / 2 + grad_a chi u^T / 2 + mu3 / 2 (p, -q; q, p) - psi (Q11, Q12; Q21, Q22)
+#     (w_a, theta_b)  -(Q11, Q12; Q21, Q22) (mu1, mu2)     (theta_a, w_b)  (Q11, Q21; Q12, Q22) (mu1, mu2)
+#
+# where u = (-mu2, mu1), p = Q12 - Q21 and q = Q11 + Q22. To derive it, expand to second order a -> a + w - |w|^2 a / 2 and what
+# is carried along, v -> v - (v.w) a - (v.w) w / 2. By edges, w = P e / |e| - (t.e) P e / |e|^2, which adds -(phi t^T + t phi^T)
+# / |e| to every function of direction alone, phi its gradient by e.
+
+
+@inline
+def between_frames(a1: Vector, a2: Vector, a: Vector, b1: Vector, b2: Vector, b: Vector) -> Rotation:
+    """Q_ij = a_i.b_j, row by row."""
+    return (
+        *(dot(a1, b1), dot(a1, b2), dot(a1, b)),
+        *(dot(a2, b1), dot(a2, b2), dot(a2, b)),
+        *(dot(a, b1), dot(a, b2), dot(a, b)),
+    )
+
+
+@inline
+def local_gradients(k: Vector, Q: Rotation) -> tuple[Vector, Vector, Vector, Vector, Vector, Vector]:
+    """What each of (w_a, theta_a, w_b, theta_b) does to (kappa1, kappa2, m)."""
+    r = 1.0 / (1.0 + Q[8])
+    Q11, Q12, Q13, Q21, Q22, Q23 = r * Q[0], r * Q[1], r * Q[2], r * Q[3], r * Q[4], r * Q[5]
+    Q31, Q32, c = r * Q[6], r * Q[7], r * Q[8]
+    return (
+        (Q12 - k[0] * Q13, -Q11 - c - k[1] * Q13, -Q23),
+        (Q22 + c - k[0] * Q23, -Q21 - k[1] * Q23, Q13),
+        (Q13, Q23, -1.0),
+        (-Q21 - k[0] * Q31, Q11 + c - k[1] * Q31, Q32),
+        (-Q22 - c - k[0] * Q32, Q12 - k[1] * Q32, -Q31),
+        (-Q31, -Q32, 1.0),
+    )
 
 
 @inline
 def strain_gradients(
     work: Array, k: Vector, a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float
 ) -> None:
-    """The gradients of kappa1, kappa2, m and chi by (e_a, theta_a, e_b, theta_b) into the workspace.
-
-    d kappa1 = ( w_a.(b2 + c a2 - kappa1 b) - w_b.(a2 + c b2 + kappa1 a) + theta_a b.a1 - theta_b a.b1) / chi
-    d kappa2 = (-w_a.(b1 + c a1 + kappa2 b) + w_b.(a1 + c b1 - kappa2 a) + theta_a b.a2 - theta_b a.b2) / chi
-    d m      = kb.(w_a + w_b) / 2 + theta_b - theta_a               kb = 2 a x b / chi, c = a.b
-    d chi    = w_a.b + w_b.a                                        w = P e / |e| = r P e
-    """
-    a2, b2, c = cross(a, a1), cross(b, b1), dot(a, b)
-    per_chi = 1.0 / (1.0 + c)
-    half_kb = scaled(per_chi, cross(a, b))
-    sa, sb = ra * per_chi, rb * per_chi
-    store(work, KAPPA1, scaled(sa, across(a, mix(1.0, mix(1.0, b2, c, a2), -k[0], b))))
-    store(work, KAPPA1 + 4, scaled(-sb, across(b, mix(1.0, mix(1.0, a2, c, b2), k[0], a))))
-    store(work, KAPPA2, scaled(-sa, across(a, mix(1.0, mix(1.0, b1, c, a1), k[1], b))))
-    store(work, KAPPA2 + 4, scaled(sb, across(b, mix(1.0, mix(1.0, a1, c, b1), -k[1], a))))
-    store(work, TWIST, scaled(ra, half_kb))
-    store(work, TWIST + 4, scaled(rb, half_kb))
-    store(work, CHI, scaled(ra, across(a, b)))
-    store(work, CHI + 4, scaled(rb, across(b, a)))
-    work[KAPPA1 + 3], work[KAPPA1 + 7] = per_chi * dot(b, a1), -per_chi * dot(a, b1)
-    work[KAPPA2 + 3], work[KAPPA2 + 7] = per_chi * dot(b, a2), -per_chi * dot(a, b2)
-    work[TWIST + 3], work[TWIST + 7] = -1.0, 1.0
-    work[CHI + 3], work[CHI + 7] = 0.0, 0.0
+    """The gradients of kappa1, kappa2 and m by (e_a, theta_a, e_b, theta_b) into the workspace."""
+    a2, b2 = cross(a, a1), cross(b, b1)
+    A1, A2, A3, B1, B2, B3 = local_gradients(k, between_frames(a1, a2, a, b1, b2, b))
+    for p in range(3):
+        o = ROW * p
+        store(work, o, mix(ra * A1[p], a1, ra * A2[p], a2))
+        store(work, o + 4, mix(rb * B1[p], b1, rb * B2[p], b2))
+        work[o + 3], work[o + 7] = A3[p], B3[p]
 
 
 @inline
@@ -255,118 +292,31 @@ def spring_gradient(work: Array, mu: Vector) -> None:
         work[PHI + p] = mu[0] * work[KAPPA1 + p] + mu[1] * work[KAPPA2 + p] + mu[2] * work[TWIST + p]
 
 
-# Second derivatives of a spring
-#
-# With Av = mu1 a2 - mu2 a1, Bv = mu1 b2 - mu2 b1, psi = mu1 kappa1 + mu2 kappa2 = (a.Bv - b.Av) / chi, A = Av / |a| and
-# B = Bv / |b|, the Hessian of the spring's energy by (e_a, theta_a, e_b, theta_b) is
-#
-#     sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma chi'^T - chi' sigma^T + remainder
-#     sigma = (mu1 grad kappa1 + mu2 grad kappa2 + (mu3 kb / 4|a| - A / 2, 0, mu3 kb / 4|b| + B / 2, 0)) / chi
-#
-# and the remainder is short (`add_direction`, `add_coupling`, `add_angles`). To derive it, expand to second order
-# a -> a + w - |w|^2 a / 2, its transported Av -> Av - (Av.w) a - (Av.w) w / 2, and w = P e / |e| - (t.e) P e / |e|^2.
+@inline
+def store_edge(
+    work: Array, o: int, g: int, phi: Vector, h11: float, h12: float, h22: float, h1: float, h2: float, h: float,
+    t: Vector, d1: Vector, d2: Vector, r: float,
+) -> None:  # fmt: skip
+    """Gradient and Hessian by one edge and its angle: from its own frame, scaled by r = 1 / |e|, into the workspace."""
+    f1, f2 = scaled(r, d1), scaled(r, d2)
+    along = mix(phi[0], f1, phi[1], f2)
+    store(work, g, along)
+    work[g + 3] = phi[2]
+    u1, u2 = mix(h11, f1, h12, f2), mix(h12, f1, h22, f2)
+    u1, u2 = mix(1.0, u1, -r * phi[0], t), mix(1.0, u2, -r * phi[1], t)
+    z = scaled(-r, along)
+    for q in range(3):
+        row = mix(1.0, mix(f1[q], u1, f2[q], u2), t[q], z)
+        store(work, o + ROW * q, row)
+        work[o + ROW * q + 3] = h1 * f1[q] + h2 * f2[q]
+    work[o + 3 * ROW + 3] = h
 
 
 @inline
-def spring_sigma(work: Array, per_chi: float, mu: Vector, A: Vector, B: Vector) -> None:
-    """sigma, the factor of chi' in the Hessian, into the workspace."""
-    for p in range(8):
-        work[SIGMA + p] = per_chi * (mu[0] * work[KAPPA1 + p] + mu[1] * work[KAPPA2 + p])
-    half = 0.5 * per_chi
-    add(work, SIGMA, mix(half * mu[2], vector(work, TWIST), -half, A))
-    add(work, SIGMA + 4, mix(half * mu[2], vector(work, TWIST + 4), half, B))
-
-
-@inline
-def product(work: Array, q: int, y: Vector, s: float, x: float) -> float:
-    """Entry q of a row of sum_k y_k grad kappa_k - s chi' - x sigma."""
-    stiff = y[0] * work[KAPPA1 + q] + y[1] * work[KAPPA2 + q] + y[2] * work[TWIST + q]
-    entry: float = stiff - s * work[CHI + q] - x * work[SIGMA + q]
+def product(y: Vector, g: Vector, s: float, x: float, other_s: float, other_x: float) -> float:
+    """An entry of sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma grad chi^T - grad chi sigma^T, y = (B/V) grad kappa."""
+    entry: float = dot(y, g) - s * other_x - x * other_s
     return entry
-
-
-@inline
-def spring_products(work: Array, stiffness: Array, o: int) -> None:
-    """sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma chi'^T - chi' sigma^T, into the Hessian, four at a time."""
-    for p in range(8):
-        y = symmetric_times(stiffness, o, (work[KAPPA1 + p], work[KAPPA2 + p], work[TWIST + p]))
-        s, x = work[SIGMA + p], work[CHI + p]
-        if p < 4:
-            h = AA + ROW * p
-            work[h], work[h + 1], work[h + 2], work[h + 3] = (
-                product(work, 0, y, s, x), product(work, 1, y, s, x),
-                product(work, 2, y, s, x), product(work, 3, y, s, x),
-            )  # fmt: skip
-        h = AB + ROW * p
-        work[h], work[h + 1], work[h + 2], work[h + 3] = (
-            product(work, 4, y, s, x), product(work, 5, y, s, x),
-            product(work, 6, y, s, x), product(work, 7, y, s, x),
-        )  # fmt: skip
-
-
-@inline
-def add_outer(work: Array, o: int, u: Vector, v: Vector) -> None:
-    """H += u v^T, H the 3 x 3 block at work[o:]."""
-    add(work, o, scaled(u[0], v))
-    add(work, o + ROW, scaled(u[1], v))
-    add(work, o + 2 * ROW, scaled(u[2], v))
-
-
-@inline
-def add_column(work: Array, o: int, u: Vector) -> None:
-    """H += u, H the column of three at work[o:]."""
-    work[o] += u[0]
-    work[o + ROW] += u[1]
-    work[o + 2 * ROW] += u[2]
-
-
-@inline
-def add_direction(work: Array, o: int, phi: Vector, s: float, t: Vector, r: float) -> None:
-    """H_aa += s P_a / |a|^2 - (phi_a a^T + a phi_a^T) / |a|, the latter for every function of direction alone."""
-    s *= r * r
-    half = mix(-r, phi, -0.5 * s, t)
-    add_outer(work, o, half, t)
-    add_outer(work, o, t, half)
-    add_column(work, o, (s, 0.0, 0.0))
-    add_column(work, o + 1, (0.0, s, 0.0))
-    add_column(work, o + 2, (0.0, 0.0, s))
-
-
-@inline
-def add_coupling(
-    work: Array, psi: float, twist: float, a: Vector, A: Vector, ra: float, b: Vector, B: Vector, rb: float
-) -> None:
-    """H_ab += (A chi_b'^T - chi_a' B^T) / 2 chi + P_a ([mu3 (a + b) / 2]_x - psi I) P_b / (chi |a||b|)."""
-    c = dot(a, b)
-    per_chi = 1.0 / (1.0 + c)
-    s = ra * rb * per_chi
-    nu, psi = 0.5 * s * twist, s * psi
-    turn, n = scaled(nu, cross(a, b)), mix(nu, a, nu, b)
-    add_outer(work, AB, scaled(0.5 * per_chi, A), vector(work, CHI + 4))
-    add_outer(work, AB, vector(work, CHI), scaled(-0.5 * per_chi, B))
-    add_outer(work, AB, a, mix(1.0, mix(psi, a, -psi * c, b), -1.0, turn))
-    add_outer(work, AB, mix(psi, b, -1.0, turn), b)
-    add(work, AB, (-psi, -n[2], n[1]))
-    add(work, AB + ROW, (n[2], -psi, -n[0]))
-    add(work, AB + 2 * ROW, (-n[1], n[0], -psi))
-
-
-@inline
-def add_angles(work: Array, a: Vector, Av: Vector, ra: float, b: Vector, Bv: Vector, rb: float) -> None:
-    """What the angles add, with Av' = a x Av and Bv' = b x Bv.
-
-    (e_a, th_a)  c Av'/chi|a|       (e_a, th_b)  P_a Bv'/chi|a|     (th_a, th_a)  b.Av/chi
-    (th_a, e_b)  -P_b Av'/chi|b|    (e_b, th_b)  -c Bv'/chi|b|      (th_b, th_b)  -a.Bv/chi
-    """
-    c = dot(a, b)
-    per_chi = 1.0 / (1.0 + c)
-    turned_a, turned_b = scaled(per_chi, cross(a, Av)), scaled(per_chi, cross(b, Bv))
-    add_column(work, AA + 3, scaled(c * ra, turned_a))
-    add_column(work, AB + 3, scaled(ra, across(a, turned_b)))
-    add_column(work, BB + 3, scaled(-c * rb, turned_b))
-    add(work, ANGLE + 4, scaled(-rb, across(b, turned_a)))
-    work[ANGLE + 3] += per_chi * dot(b, Av)
-    work[BB + 3 * ROW + 3] -= per_chi * dot(a, Bv)
 
 
 @inline
@@ -374,18 +324,45 @@ def spring_hessian(
     work: Array, stiffness: Array, o: int, k: Vector, mu: Vector,
     a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float,
 ) -> None:  # fmt: skip
-    """The Hessian of a spring by edges, into the workspace."""
-    c = dot(a, b)
-    per_chi = 1.0 / (1.0 + c)
-    Av, Bv = mix(mu[0], cross(a, a1), -mu[1], a1), mix(mu[0], cross(b, b1), -mu[1], b1)
-    A, B = scaled(ra, Av), scaled(rb, Bv)
-    psi = mu[0] * k[0] + mu[1] * k[1]
-    spring_sigma(work, per_chi, mu, A, B)
-    spring_products(work, stiffness, o)
-    add_direction(work, AA, vector(work, PHI), per_chi * (psi * c - dot(a, Bv)), a, ra)
-    add_direction(work, BB, vector(work, PHI + 4), per_chi * (psi * c + dot(b, Av)), b, rb)
-    add_coupling(work, psi, mu[2], a, A, ra, b, B, rb)
-    add_angles(work, a, Av, ra, b, Bv, rb)
+    """The gradient and the Hessian of a spring by edges, into the workspace."""
+    a2, b2 = cross(a, a1), cross(b, b1)
+    Q = between_frames(a1, a2, a, b1, b2, b)
+    Q11, Q12, Q13, Q21, Q22, Q23, Q31, Q32, c = Q
+    A1, A2, A3, B1, B2, B3 = local_gradients(k, Q)
+    r = 1.0 / (1.0 + c)
+    mu1, mu2, nu = r * mu[0], r * mu[1], 0.5 * r * mu[2]
+    alpha, beta, psi = mu1 * Q32 - mu2 * Q31, mu1 * Q23 - mu2 * Q13, mu1 * k[0] + mu2 * k[1]
+    phi_a, phi_b = (dot(mu, A1), dot(mu, A2), dot(mu, A3)), (dot(mu, B1), dot(mu, B2), dot(mu, B3))
+    # sigma, less what u adds to it
+    s1, s2, s3 = r * phi_a[0] - nu * A1[2], r * phi_a[1] - nu * A2[2], r * phi_a[2] - 2.0 * nu * A3[2]
+    z1, z2, z3 = r * phi_b[0] - nu * B1[2], r * phi_b[1] - nu * B2[2], r * phi_b[2] - 2.0 * nu * B3[2]
+    Y1, Y2, Y3 = symmetric_times(stiffness, o, A1), symmetric_times(stiffness, o, A2), symmetric_times(stiffness, o, A3)
+    Z1, Z2, Z3 = symmetric_times(stiffness, o, B1), symmetric_times(stiffness, o, B2), symmetric_times(stiffness, o, B3)
+    p, q = nu * (Q12 - Q21), nu * (Q11 + Q22)
+    # (w_a, w_b), then theta_b with w_a and w_b with theta_a
+    ab11 = product(Y1, B1, s1 + mu2, Q13, z1 - mu2, Q31) + p - psi * Q11
+    ab12 = product(Y1, B2, s1 + mu2, Q13, z2 + mu1, Q32) - q - psi * Q12
+    ab21 = product(Y2, B1, s2 - mu1, Q23, z1 - mu2, Q31) + q - psi * Q21
+    ab22 = product(Y2, B2, s2 - mu1, Q23, z2 + mu1, Q32) + p - psi * Q22
+    ab13, ab23 = dot(Y1, B3) - Q13 * z3 - mu1 * Q11 - mu2 * Q12, dot(Y2, B3) - Q23 * z3 - mu1 * Q21 - mu2 * Q22
+    ab31, ab32 = dot(Y3, B1) - s3 * Q31 + mu1 * Q11 + mu2 * Q21, dot(Y3, B2) - s3 * Q32 + mu1 * Q12 + mu2 * Q22
+    s1, s2, z1, z2 = s1 + 0.5 * mu2, s2 - 0.5 * mu1, z1 - 0.5 * mu2, z2 + 0.5 * mu1
+    in_a, in_b = psi * c - alpha, psi * c + beta
+    aa11, aa22 = product(Y1, A1, s1, Q13, s1, Q13) + in_a, product(Y2, A2, s2, Q23, s2, Q23) + in_a
+    bb11, bb22 = product(Z1, B1, z1, Q31, z1, Q31) + in_b, product(Z2, B2, z2, Q32, z2, Q32) + in_b
+    aa12, bb12 = product(Y1, A2, s1, Q13, s2, Q23), product(Z1, B2, z1, Q31, z2, Q32)
+    aa13, aa23 = dot(Y1, A3) - Q13 * s3 - c * mu1, dot(Y2, A3) - Q23 * s3 - c * mu2
+    bb13, bb23 = dot(Z1, B3) - Q31 * z3 + c * mu1, dot(Z2, B3) - Q32 * z3 + c * mu2
+    aa33, bb33, ab33 = dot(Y3, A3) + beta, dot(Z3, B3) - alpha, dot(Y3, B3)
+    store_edge(work, AA, PHI, phi_a, aa11, aa12, aa22, aa13, aa23, aa33, a, a1, a2, ra)
+    store_edge(work, BB, PHI + 4, phi_b, bb11, bb12, bb22, bb13, bb23, bb33, b, b1, b2, rb)
+    f1, f2, g1, g2 = scaled(ra, a1), scaled(ra, a2), scaled(rb, b1), scaled(rb, b2)
+    v1, v2 = mix(ab11, g1, ab12, g2), mix(ab21, g1, ab22, g2)
+    for q in range(3):
+        store(work, AB + ROW * q, mix(f1[q], v1, f2[q], v2))
+        work[AB + ROW * q + 3] = ab13 * f1[q] + ab23 * f2[q]
+    store(work, ANGLE + 4, mix(ab31, g1, ab32, g2))
+    work[ANGLE + 7] = ab33
 
 
 # Assembly: by e_a = x - x_- and e_b = x_+ - x from edges to vertices
@@ -405,44 +382,58 @@ def add_spring_gradient(gradient: Array, work: Array, i: int, edges: int) -> Non
 
 
 @inline
+def add_upper(lower: Array, o: int, u: Vector, v: Vector, w: Vector) -> None:
+    """The diagonal block at unknown o, from the upper halves of its rows: (u1, u2, u3), (v2, v3), (w3)."""
+    column = LOWER * o
+    add(lower, column, u)
+    lower[column + LOWER] += v[1]
+    lower[column + LOWER + 1] += v[2]
+    lower[column + 2 * LOWER] += w[2]
+
+
+@inline
+def column_of(work: Array, o: int) -> Vector:
+    """Three numbers of the workspace's Hessian, one below the other."""
+    return work[o], work[o + ROW], work[o + 2 * ROW]
+
+
+@inline
+def at_vertex(work: Array, q: int) -> Vector:
+    """Row q of aa - ab - ba + bb."""
+    ends = plus(vector(work, AA + ROW * q), vector(work, BB + ROW * q))
+    return minus(ends, plus(vector(work, AB + ROW * q), column_of(work, AB + q)))
+
+
+@inline
 def add_at_vertex(lower: Array, work: Array, o: int) -> None:
     """(x, x) += aa - ab - ba + bb"""
-    for q in range(3):
-        for p in range(q, 3):
-            ends = work[AA + ROW * q + p] + work[BB + ROW * q + p]
-            lower[LOWER * (o + q) + p - q] += ends - work[AB + ROW * q + p] - work[AB + ROW * p + q]
+    add_upper(lower, o, at_vertex(work, 0), at_vertex(work, 1), at_vertex(work, 2))
 
 
 @inline
 def add_in_front(lower: Array, work: Array, o: int) -> None:
     """(x_-, x_-) += aa, (x, x_-) += ba - aa, and the angle theta_a with x_- and x alike."""
+    add_upper(lower, o - 4, vector(work, AA), vector(work, AA + ROW), vector(work, AA + 2 * ROW))
     for q in range(3):
         column = LOWER * (o - 4 + q) - q
-        for p in range(q, 3):
-            lower[column + p] += work[AA + ROW * q + p]
         lower[column + 3] -= work[AA + ROW * q + 3]
-        for p in range(3):
-            lower[column + 4 + p] += work[AB + ROW * q + p] - work[AA + ROW * q + p]
+        add(lower, column + 4, minus(vector(work, AB + ROW * q), vector(work, AA + ROW * q)))
     column = LOWER * (o - 1)
     lower[column] += work[ANGLE + 3]
-    for p in range(3):
-        lower[column + 1 + p] += work[AA + ROW * p + 3] - work[ANGLE + 4 + p]
+    add(lower, column + 1, minus(column_of(work, AA + 3), vector(work, ANGLE + 4)))
 
 
 @inline
 def add_behind(lower: Array, work: Array, o: int) -> None:
     """(x_+, x_+) += bb, (x_+, x) += ba - bb, and the angle theta_b with x and x_+ alike."""
+    add_upper(lower, o + 4, vector(work, BB), vector(work, BB + ROW), vector(work, BB + 2 * ROW))
     for q in range(3):
         column = LOWER * (o + q) - q
         lower[column + 3] += work[AB + ROW * q + 3] - work[BB + ROW * q + 3]
-        for p in range(3):
-            lower[column + 4 + p] += work[AB + ROW * q + p] - work[BB + ROW * q + p]
-        for p in range(q, 3):
-            lower[column + 4 * LOWER + p] += work[BB + ROW * q + p]
+        add(lower, column + 4, minus(vector(work, AB + ROW * q), vector(work, BB + ROW * q)))
     column = LOWER * (o + 3)
     lower[column] += work[BB + 3 * ROW + 3]
-    for p in range(3):
-        lower[column + 1 + p] += work[BB + ROW * p + 3]
+    add(lower, column + 1, column_of(work, BB + 3))
 
 
 @inline
@@ -451,12 +442,10 @@ def add_over(lower: Array, work: Array, o: int) -> None:
     for q in range(3):
         column = LOWER * (o - 4 + q) - q
         lower[column + 7] -= work[AB + ROW * q + 3]
-        for p in range(3):
-            lower[column + 8 + p] -= work[AB + ROW * q + p]
+        add(lower, column + 8, scaled(-1.0, vector(work, AB + ROW * q)))
     column = LOWER * (o - 1) + 4
     lower[column] += work[ANGLE + 7]
-    for p in range(3):
-        lower[column + 1 + p] += work[ANGLE + 4 + p]
+    add(lower, column + 1, vector(work, ANGLE + 4))
 
 
 @inline
@@ -483,22 +472,26 @@ def add_spring(
     mu = symmetric_times(B, 6 * i, s)
     a, a1, ra = vector(t, 3 * i), vector(d1, 3 * i), 1.0 / length(x, i, edges)
     b, b1, rb = vector(t, 3 * i + 3), vector(d1, 3 * i + 3), 1.0 / length(x, i + 1, edges)
-    strain_gradients(work, k, a, a1, ra, b, b1, rb)
-    spring_gradient(work, mu)
-    add_spring_gradient(gradient, work, i, edges)
     spring_hessian(work, B, 6 * i, k, mu, a, a1, ra, b, b1, rb)
+    add_spring_gradient(gradient, work, i, edges)
     add_spring_hessian(lower, work, i, edges)
     value: float = 0.5 * dot(mu, s)
     return value
 
 
 @inline
+def rows_of(s: float, u: Vector, r: float) -> tuple[Vector, Vector, Vector]:
+    """s I + r u u^T, row by row."""
+    v = scaled(r, u)
+    h1, h2, h3 = scaled(u[0], v), scaled(u[1], v), scaled(u[2], v)
+    return (h1[0] + s, h1[1], h1[2]), (h2[0], h2[1] + s, h2[2]), (h3[0], h3[1], h3[2] + s)
+
+
+@inline
 def add_symmetric(lower: Array, o: int, s: float, u: Vector, r: float) -> None:
     """H += s I + r u u^T, H the diagonal block of the vertex at unknown o."""
-    for p in range(3):
-        lower[LOWER * (o + p)] += s
-        for q in range(p, 3):
-            lower[LOWER * (o + p) + q - p] += r * u[p] * u[q]
+    h1, h2, h3 = rows_of(s, u, r)
+    add_upper(lower, o, h1, h2, h3)
 
 
 @inline
@@ -511,26 +504,23 @@ def add_stretching(e: Vector, l: float, EA: float, T: float, j: int, gradient: A
     o = 4 * j
     add(gradient, o - 4, scaled(-s, e))
     add(gradient, o, scaled(s, e))
-    add_symmetric(lower, o - 4, s, t, r)
-    add_symmetric(lower, o, s, t, r)
-    for p in range(3):
-        lower[LOWER * (o - 4 + p) + 4] -= s
-        for q in range(3):
-            lower[LOWER * (o - 4 + p) + 4 + q - p] -= r * t[p] * t[q]
+    h1, h2, h3 = rows_of(s, t, r)
+    add_upper(lower, o - 4, h1, h2, h3)
+    add_upper(lower, o, h1, h2, h3)
+    between = LOWER * (o - 4) + 4  # x_j below x_{j-1}
+    add(lower, between, scaled(-1.0, h1))
+    add(lower, between + REACH, scaled(-1.0, h2))
+    add(lower, between + 2 * REACH, scaled(-1.0, h3))
     return (0.5 * EA * eps + T) * eps * l
 
 
 @inline
 def add_loads(x: Array, f: Array, C: Array, i: int, gradient: Array, lower: Array) -> float:
     """E' = -(f + C x), E'' = -C at vertex i; returns E."""
-    o, column = 6 * i, LOWER * 4 * i
+    o = 6 * i
     add(gradient, 4 * i, mix(-1.0, vector(f, 3 * i), -1.0, symmetric_times(C, o, vector(x, 3 * i))))
-    lower[column] -= C[o]
-    lower[column + 1] -= C[o + 5]
-    lower[column + 2] -= C[o + 4]
-    lower[column + LOWER] -= C[o + 1]
-    lower[column + LOWER + 1] -= C[o + 3]
-    lower[column + 2 * LOWER] -= C[o + 2]
+    c, d = vector(C, o), vector(C, o + 3)  # 11, 22, 33 and 23, 13, 12
+    add_upper(lower, 4 * i, (-c[0], -d[2], -d[1]), (-d[2], -c[1], -d[0]), (-d[1], -d[0], -c[2]))
     value: float = load_energy(x, f, C, i)
     return value
 

@@ -17,7 +17,8 @@ from darboux import checks
 from darboux.checks import assign, description
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
-from darboux.problem import Equilibrium
+from darboux.modes import Modes
+from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import discrete_fields, discrete_modes, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
@@ -34,15 +35,15 @@ class DiscreteRod:
     """Discrete elastic rods of ``segments`` edges, by Newton's method on the exact banded Hessian.
 
     Order 2 in 1/segments with ``clamp="half_cell"`` (a spring of half a cell ties the first edge to the clamp), order 1
-    with ``clamp="two_vertices"`` (the first edge frozen, as in the paper's figure 5). Domain: rods that do not shear;
-    stretching by EA, or inextensible by multipliers; all supports at the ends, and between them those that hold or spring
-    displacements; all loads, with their exact tangent. Counts the unstable directions where the loads have a potential, and
-    its solutions have `modes`.
+    with ``clamp="two_vertices"`` (the first edge frozen, as in the paper's figure 5); one more where extrapolated. Domain:
+    rods that do not shear; stretching by EA, or inextensible by multipliers, as rings must be; all supports at the ends,
+    and between them those that hold or spring displacements; all loads, with their exact tangent. Counts the unstable
+    directions where the loads have a potential, and its solutions have `modes`.
 
-    Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments are extrapolated
-    (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable equilibrium downhill;
-    ``grading`` the longest segment over the shortest (1: all equal), which shrink smoothly towards the held ends, where
-    boundary layers lie. Raises ``InvalidInput``.
+    Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments (a ring's: 3 N) are
+    extrapolated (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable
+    equilibrium downhill; ``grading`` the longest segment over the shortest (1: all equal), which shrink smoothly towards
+    the held ends, where boundary layers lie. Raises ``InvalidInput``.
     """
 
     segments: int = 100
@@ -73,8 +74,7 @@ class DiscreteRod:
     @property
     def order(self) -> int:
         """The order of the error in 1/segments."""
-        order = 2 if self.clamp == "half_cell" else 1
-        return 2 * order if self.extrapolate else order
+        return (2 if self.clamp == "half_cell" else 1) + int(self.extrapolate)
 
     def refined(self, factor: int) -> DiscreteRod:
         """Return the method with ``factor`` times the segments."""
@@ -85,24 +85,43 @@ class DiscreteRod:
         beyond = limits.beyond_nodes(problem, "DiscreteRod") or limits.coupled(problem, "DiscreteRod")
         if beyond:
             return beyond
+        if isinstance(problem, Ring) and (own := self._refuses_ring(problem)):
+            return own
         if problem.rod.shear:
             return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation(), or set shear=False."
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
+
+    def _refuses_ring(self, problem: Ring) -> str | None:
+        """Return why this method can't state a ring, or None: its segments are equal, and one of them is held."""
+        if problem.rod.stretch or problem.stations:
+            what = "stretches" if problem.rod.stretch else "has a support or a load at a point between its ends"
+            return (
+                f"the ring {what}; DiscreteRod states rings that do not, for it holds one segment; use Collocation()."
+            )
+        if self.grading != 1.0:
+            return "DiscreteRod states a Ring on equal segments; leave out grading."
+        return None
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium that follows from the unloaded rod; the status says whether the path got there."""
         refusal = self.refuses(problem)
         if refusal:
             raise InvalidInput(refusal)
-        coarse = self._solved(problem, 0)
-        return self._extrapolated(coarse, self._solved(problem, 1)) if self.extrapolate and coarse.converged else coarse
+        coarse = self._solved(problem, 1)
+        if not (self.extrapolate and coarse.converged):
+            return coarse
+        parts = 3 if isinstance(problem, Ring) else 2
+        return self._extrapolated(coarse, self._solved(problem, parts), parts)
 
-    def _solved(self, problem: Equilibrium, halvings: int) -> EquilibriumSolution:
-        """Return the equilibrium on the nodes, or on those with each segment halved."""
+    def _solved(self, problem: Equilibrium, parts: int) -> EquilibriumSolution:
+        """Return the equilibrium on the nodes, or on those with each segment in two parts (a ring's: in three)."""
         began = time.perf_counter()
         stations = [s / problem.rod.length for s in problem.stations]
         held = problem.start.holds, problem.end.holds
-        nodes = nodes_along(self.segments, self.grading, *held, stations, halvings)
+        if isinstance(problem, Ring):
+            nodes = (np.arange(parts * self.segments + 2) - 0.5) / (parts * self.segments)
+        else:
+            nodes = nodes_along(self.segments, self.grading, *held, stations, parts - 1)
         chain = Chain(problem, nodes, self.clamp == "two_vertices")
         branch = ChainBranch(chain)
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
@@ -115,7 +134,8 @@ class DiscreteRod:
                 fallen = branch.fallen(shape)
                 shape, fell = fallen or shape, fallen is not None
                 path.index = 0 if fell else path.index
-            code, message = load_path.ending(path, "DiscreteRod")
+            origin = "the round ring" if isinstance(problem, Ring) else "the unloaded rod"
+            code, message = load_path.ending(path, "DiscreteRod", origin)
             if fell:
                 message = (
                     f"{message} The rod left it along its most unstable direction, and fell to this stable equilibrium."
@@ -150,15 +170,17 @@ class DiscreteRod:
             },
         )
 
-    def _extrapolated(self, coarse: EquilibriumSolution, fine: EquilibriumSolution) -> EquilibriumSolution:
+    def _extrapolated(self, coarse: EquilibriumSolution, fine: EquilibriumSolution, parts: int) -> EquilibriumSolution:
         """Return Richardson's extrapolation at the coarse nodes, with what it changed in the fine answer as its error.
 
-        y = y_2N + (y_2N - y_N) / (2^p - 1),   p the order
+        y = y_fine + (y_fine - y_coarse) / (parts^p - 1),   p the order of each
         """
         if not fine.converged:
             return fine
-        gain = 1.0 / (2 ** (self.order // 2) - 1)
-        common = np.isin(fine.curve.s, coarse.curve.s)
+        gain = 1.0 / (parts ** (self.order - 1) - 1)
+        next_to = np.clip(np.searchsorted(coarse.curve.s, fine.curve.s), 1, len(coarse.curve.s) - 1)
+        gaps = [np.abs(coarse.curve.s[next_to - i] - fine.curve.s) for i in (0, 1)]
+        common = np.minimum(*gaps) < 1e-9 * coarse.curve.s[-1]
         a, b = (
             np.concatenate([x.curve.y, x.curve.dy], axis=1)[at] for x, at in ((coarse, slice(None)), (fine, common))
         )
@@ -169,10 +191,18 @@ class DiscreteRod:
         norm = np.linalg.norm(y[:, 3:7], axis=1, keepdims=True)
         y[:, 3:7] /= norm
         y[:, 16:20] /= norm
-        parts = tuple(
+        energies = tuple(
             f + gain * (f - c) for c, f in zip(coarse.elastic_parts or (), fine.elastic_parts or (), strict=True)
         )
-        answer = replace(fine, curve=Curve(coarse.curve.s, y[:, :13], y[:, 13:]), elastic_parts=parts)
+        both = [x.lowest_modes for x in (coarse, fine) if x.lowest_modes is not None]
+
+        def lowest_modes(k: int) -> Modes:
+            a, b = (modes(k) for modes in both)
+            return discrete_modes.extrapolated(a, b, gain)
+
+        answer = replace(
+            fine, curve=Curve(coarse.curve.s, y[:, :13], y[:, 13:]), elastic_parts=energies, lowest_modes=lowest_modes
+        )
         change = np.abs(y - b)[[0, -1]]
         tip = float(np.linalg.norm(answer.tip - fine.tip))
         error = ErrorEstimate(tip, float(np.max(change[:, 7:10])), float(np.max(change[:, 10:13])))

@@ -29,11 +29,12 @@ from darboux.kernels.rod_equations import (
 )
 from darboux.loads import LineForce
 from darboux.natural import smallest_rotation
-from darboux.problem import Equilibrium
+from darboux.problem import Equilibrium, Ring
 from darboux.statics import coefficients, stability
 from darboux.statics.coefficients import Scale
 from darboux.statics.discrete_ends import Block, End, rotation, rotation_vector
 from darboux.statics.end_conditions import EndConditions
+from darboux.statics.first_shape import circle
 from darboux.statics.laying import laid
 
 Array = NDArray[np.float64]
@@ -42,6 +43,7 @@ Array = NDArray[np.float64]
 PENALTY, PENALTY_OF_LOADS = 1e6, 100.0
 SLACK = 1e3  # and, on the way, of a rod held at both ends, which as a straight one could not leave its place
 SHIFT = 1e-7  # of EI / L^3 and EI / L, per length: what is lent to motions that nothing resists, as a round rod's spin
+SHIFT_OF_RING = 1e-4  # the same, above the rounding of the penalty, which a ring that turns feels
 GHOST = 0.5  # length of a ghost edge, over its neighbour's
 
 
@@ -69,26 +71,33 @@ class Chain:
     """The discrete rod in dimensionless numbers: N edges between the given nodes, and a ghost edge beyond either end.
 
     With ``two_vertices`` a clamp freezes the first edge; else a spring of half a cell ties it to the clamp.
+
+    A ring's nodes run from half a segment in front of s = 0 to half a segment behind s = L: the first edge and the last are
+    one, and frozen. So every vertex is like the others, and what the ring feels where it is held is nothing.
     """
 
     def __init__(self, problem: Equilibrium, nodes: Array, two_vertices: bool) -> None:
         self.problem, self.nodes = problem, nodes
+        self.ring = problem if isinstance(problem, Ring) else None
+        self.closed = self.ring is not None
         self.scale = Scale.of(problem)
         self.edges = len(nodes) - 1
         self.unknowns = 4 * (self.edges + 2) + 3
-        self.frozen = tuple(two_vertices and support.clamps for support in (problem.start, problem.end))
+        self.frozen = tuple(
+            self.closed or (two_vertices and support.clamps) for support in (problem.start, problem.end)
+        )
         self.symmetric = stability.has_potential(problem)
         self._discretise()
         ghosts = GHOST * self.l[[1, -2]]
         self.ends = tuple(
-            End(problem, at, self.scale, float(ghost), self.unknowns)
+            End(problem, at, self.scale, float(ghost), self.unknowns, float(ghost) if self.closed else 0.0)
             for at, ghost in zip(("start", "end"), ghosts, strict=True)
         )
         self.between = self._stations()
         self._loaded = (0.0, Loads(np.zeros(self.f.size), np.zeros(self.C.size)))
         self.fixed = self._fixed()
         oriented = any(all(support.held_rotation) or support.rotational is not None for _, support in problem.supports)
-        self.shift = 0.0 if oriented else SHIFT
+        self.shift = SHIFT_OF_RING if self.closed else 0.0 if oriented else SHIFT
 
     # -- from the rod to the chain -------------------------------------------------------------------------------
 
@@ -96,14 +105,19 @@ class Chain:
         """Average compliance, natural shape and loads over the cells of the vertices and over the edges."""
         x = self.nodes
         middle = 0.5 * (x[:-1] + x[1:])
-        cells = np.concatenate([[0.0], middle, [1.0]])
-        at_vertices = _means(lambda s: coefficients.columns(self.problem, self.scale, s), cells)
-        on_edges = _ghosted(_means(lambda s: coefficients.columns(self.problem, self.scale, s), x))
+        cells = np.concatenate([x[:1], middle, x[-1:]])
+
+        def columns(s: Array) -> Array:
+            return coefficients.columns(self.problem, self.scale, s % 1.0 if self.closed else s)
+
+        at_vertices = _means(columns, cells)
+        on_edges = _ghosted(_means(columns, x))
         self.l, self.V = _ghosted(np.diff(x)), np.diff(cells)
         self.l[[0, -1]] = GHOST * self.l[[1, -2]]
         B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
         self.stiffness = _ghosted(_six(B)).ravel()
-        self.kappa0 = _ghosted(at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
+        self.natural = _ghosted(at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
+        self.kappa0 = self.first = self.natural  # at the load factor of now, at 0
         self.lent = not self.problem.rod.stretch and len(self.problem.supports) > 1
         self.inextensible = not self.problem.rod.stretch and not self.lent
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
@@ -205,40 +219,66 @@ class Chain:
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
     def unloaded(self) -> Shape:
-        """Return the natural shape, where every spring is at rest, laid against the support that holds it."""
+        """Return where the path begins, with every spring at rest: the natural shape, or a ring's circle."""
+        x, R, twists = self._laid() if self.ring is None else self._circle(self.ring)
+        state = State(
+            np.zeros(3 * (self.edges + 3)), np.zeros(3 * (self.edges + 4)), np.zeros(3 * (self.edges + 4)), twists
+        )
+        state.x[3:-3] = x.ravel()
+        state.t[3:-3], state.d1[3:-3] = R[:, :, 2].ravel(), R[:, :, 0].ravel()
+        grooved = [sum(end.support.held_displacement) if end.groove else 0 for end in self.ends]
+        shape = Shape(state, np.zeros(self.edges + 2), tuple(np.zeros(k) for k in grooved))
+        for end, edge in zip(self.ends, (0, -1), strict=True):
+            self._put(state, end, R[edge])
+        placing = laid(self.problem)[0]
+        for end, k in zip(self.ends, (0, -1), strict=True):
+            if end.support.holds and (end.support is not placing or self.closed):
+                place = x[k] - end.outward * end.overhang * R[k, :, 2]
+                pose = np.concatenate([place, frames.quaternion_of_matrix(R[k])])
+                end.conditions.grow_from(pose, all_at_once=self.closed)
+            end.at(0.0)
+        for k, conditions, _ in self.between:
+            if conditions.support is not placing:
+                conditions.grow_from(np.concatenate([x[k - 1], [1.0, 0.0, 0.0, 0.0]]))
+        if self.closed:
+            self.first = np.empty_like(self.natural)
+            discrete_rod.strains(state, 1, self.edges + 2, self.first)
+        return self.posed(shape, 0.0)
+
+    def _laid(self) -> tuple[Array, Array, Array]:
+        """Return vertices, frames and twists of the natural shape, laid against the support that holds it."""
         N = self.edges
-        rest = self.kappa0.reshape(-1, 3)[1:-1].copy()
+        rest = self.natural.reshape(-1, 3)[1:-1].copy()
         rest[[0, -1]] *= ~np.array(self.frozen)[:, None]  # no spring: the ghost edge runs on along its neighbour
         q = np.empty((N + 2, 4))
         discrete_rod.chain_frames(rest.ravel(), q.ravel())
         R = frames.matrix_of_quaternion(q)
-        x = np.zeros((N + 1, 3))
-        x[1:] = np.cumsum(self.l[1:-1, None] * R[1:-1, :, 2], axis=0)
+        x = self._joined(R)
         support, place, orientation = laid(self.problem)
         i = int(np.argmin(np.abs(self.nodes - place)))
         at = {0: 0, N: N + 1}.get(i, i)
         chord = x[-1] - x[0]
         chord /= np.linalg.norm(chord) if np.any(chord) else 1.0
         turn = orientation @ R[at].T if orientation.shape == (3, 3) else smallest_rotation(chord, orientation)
-        R = turn @ R
         x = (x - x[i]) @ turn.T + (np.array(support.position) - self.scale.origin) / self.scale.length
-        twists = np.concatenate([[0.0], rest[:, 2], [0.0]])
-        state = State(np.zeros(3 * (N + 3)), np.zeros(3 * (N + 4)), np.zeros(3 * (N + 4)), twists)
-        state.x[3:-3] = x.ravel()
-        state.t[3:-3], state.d1[3:-3] = R[:, :, 2].ravel(), R[:, :, 0].ravel()
-        grooved = [sum(end.support.held_displacement) if end.groove else 0 for end in self.ends]
-        shape = Shape(state, np.zeros(N + 2), tuple(np.zeros(k) for k in grooved))
-        for end, edge in zip(self.ends, (0, -1), strict=True):
-            self._put(state, end, R[edge])
-        poses = [(x[k], q) for k, q in ((0, R[0]), (N, R[-1]))]
-        for end, (position, frame) in zip(self.ends, poses, strict=True):
-            if end.support.holds and end.support is not support:
-                end.conditions.grow_from(np.concatenate([position, frames.quaternion_of_matrix(frame)]))
-            end.at(0.0)
-        for k, conditions, _ in self.between:
-            if conditions.support is not support:
-                conditions.grow_from(np.concatenate([x[k - 1], [1.0, 0.0, 0.0, 0.0]]))
-        return self.posed(shape, 0.0)
+        return x, turn @ R, np.concatenate([[0.0], rest[:, 2], [0.0]])
+
+    def _circle(self, ring: Ring) -> tuple[Array, Array, Array]:
+        """Return vertices, frames and twists of a ring's regular polygon, whose sections turn evenly by the link."""
+        first = circle(ring, self.scale)
+        R0 = frames.matrix_of_quaternion(first.q)
+        axis = R0[:, :2] @ first.k(np.zeros(1))[0, :2]
+        s = np.arange(self.edges) / (self.edges - 1)  # of the middles of the edges
+        s = np.concatenate([s[:1], s, s[-1:]])
+        own = np.outer(frames.turn * ring.link * s, [0.0, 0.0, 1.0])
+        bent, spun = (frames.matrix_of_quaternion(frames.quaternion_of_turn(v)) for v in (np.outer(s, axis), own))
+        R = bent @ R0 @ spun
+        x = first.r + self._joined(R) - 0.5 * self.l[1] * R0[:, 2]
+        return x, R, np.concatenate([[0.0], np.diff(own[:, 2]), [0.0]])
+
+    def _joined(self, R: Array) -> Array:
+        """Return the vertices (N + 1, 3) from the origin on of edges at rest with the frames R (N + 2, 3, 3)."""
+        return np.concatenate([np.zeros((1, 3)), np.cumsum(self.l[1:-1, None] * R[1:-1, :, 2], axis=0)])
 
     # -- moving --------------------------------------------------------------------------------------------------
 
@@ -304,7 +344,9 @@ class Chain:
         discrete_rod.strains(shape.state, first, stop, np.empty(3 * (self.edges + 3)))
 
     def at(self, load_factor: float) -> None:
-        """Take the poses that the supports prescribe at a load factor."""
+        """Take the poses that the supports prescribe at a load factor, and what is left of a first shape that was lent."""
+        if self.first is not self.natural:
+            self.kappa0 = self.first + load_factor * (self.natural - self.first)
         for end in self.ends:
             if end.load_factor != load_factor:
                 end.at(load_factor)
@@ -356,6 +398,14 @@ class Chain:
             A, K = conditions.support.displacement_axes, conditions.stiffness[:3, :3]
             block.transform(band, gradient, A, A.T @ K @ A, symmetric)
             gradient[block.part] += A.T @ K @ (x[i] - conditions.pose(load_factor)[0])
+
+    def transform(self, shape: Shape, lower: Array) -> None:
+        """Bring a symmetric band from packed unknowns to those of the supports."""
+        nothing = np.zeros(self.unknowns)
+        for end, _, _, R in self._ends(shape.state):
+            end.block.transform(lower, nothing, end.transformation(R), np.zeros((7, 7)), True)
+        for _, conditions, block in self.between:
+            block.transform(lower, nothing, conditions.support.displacement_axes, np.zeros((3, 3)), True)
 
     def packed(self, shape: Shape, step: Array) -> Array:
         """Return the packed step of a step in the supports' unknowns."""

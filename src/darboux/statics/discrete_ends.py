@@ -67,11 +67,14 @@ class Terms(NamedTuple):
 class End:
     """One end of a chain: its support, its loads, and the seven unknowns of its vertex and its ghost edge."""
 
-    def __init__(self, problem: Equilibrium, at: str, scale: Scale, ghost: float, unknowns: int) -> None:
+    def __init__(
+        self, problem: Equilibrium, at: str, scale: Scale, ghost: float, unknowns: int, overhang: float = 0.0
+    ) -> None:
         support, load = getattr(problem, at), problem.end_load(at)
         self.support: Support = support
         self.outward = 1.0 if at == "end" else -1.0
         self.ghost = ghost  # length of the ghost edge
+        self.overhang = overhang  # by which the vertex lies beyond the support, along the held tangent
         self.conditions = EndConditions(support, load, self.outward, scale)
         self.moment = load.moment / scale.moment
         self.section_force = load.section_force / scale.force
@@ -100,6 +103,7 @@ class End:
         self.load_factor = load_factor
         self.position, q = self.conditions.pose(load_factor)
         self.R = frames.matrix_of_quaternion(q)
+        self.position = self.position + self.outward * self.overhang * self.R[:, 2]
 
     def axes(self, R: Array) -> tuple[Array, Array]:
         """Return the axes of rotations and of displacements as columns (3, 3), where the section's frame is R."""
@@ -187,10 +191,9 @@ class End:
             H[PHI, PHI] += _spring_tangent(k, R @ self.R.T)
         if self.groove:
             c, by_unknowns, across = self.out_of_groove(x, R)
-            force = reaction + penalty * c
-            g += force @ by_unknowns
+            g += (reaction + penalty * c) @ by_unknowns
             H += penalty * by_unknowns.T @ by_unknowns
-            F = force @ across
+            F = reaction @ across  # what is expected of the groove, not the penalty of a guess that lies beside it
             H[DX, PHI] -= cross_matrix(F)
             H[PHI, DX] += cross_matrix(F)
             H[PHI, PHI] += turned_twice(F, u)

@@ -26,12 +26,15 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     stations = np.array([chain.vertex(s) - 1 for s in chain.problem.stations], dtype=int)
     loads = chain.edge_loads(shape, load_factor)
     n_edges, n = _forces(chain, x, loads, load_factor, gradient)
+    if chain.closed:  # s = 0 and s = L are in the middle of the edge that is held
+        x = np.concatenate([[x[:2].mean(axis=0)], x[1:-1], [x[-2:].mean(axis=0)]])
     m = _moments(chain, x, shape, R, n_edges)
     behind = np.arange(len(x)) + np.searchsorted(
         stations, np.arange(len(x)), side="left"
     )  # where a vertex stands first
     twice = np.repeat(np.arange(len(x)), np.where(np.isin(np.arange(len(x)), stations), 2, 1))
-    c = coefficients.columns(chain.problem, chain.scale, chain.nodes)
+    nodes = np.clip(chain.nodes, 0.0, 1.0)  # a ring's reach beyond
+    c = coefficients.columns(chain.problem, chain.scale, nodes)
     c[:, coefficients.LOADS] *= load_factor
     q = _quaternions(chain, R)
     y = np.concatenate([x, q, n, m], axis=1)[twice]
@@ -39,8 +42,8 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
         _part(chain, i, load, load_factor, n_edges, y[behind[i] : behind[i] + 2])
     dy = coefficients.slopes(c[twice], y)
     for shaped in chain.problem.of_shape:
-        _add_slopes(chain, shaped, load_factor, chain.nodes[twice], y, dy)
-    return chain.scale.curve(chain.nodes[twice], y, dy)
+        _add_slopes(chain, shaped, load_factor, nodes[twice], y, dy)
+    return chain.scale.curve(nodes[twice], y, dy)
 
 
 def elastic_parts(chain: Chain, shape: Shape) -> tuple[float, float, float]:
@@ -104,6 +107,8 @@ def _forces(chain: Chain, x: Array, loads: EdgeLoads, load_factor: float, gradie
     start, end = (load_factor * chain.problem.end_load(at).force / chain.scale.force for at in ("start", "end"))
     vertices[0] = edges[0] + applied[0] - start
     vertices[-1] = edges[-1] - applied[-1] + end
+    if chain.closed:
+        vertices[[0, -1]] = edges[[0, -1]]
     return edges, vertices
 
 

@@ -97,8 +97,6 @@ def too_many_turns(problem: Equilibrium, method: str, most: float) -> str | None
 
 def beyond_nodes(problem: Equilibrium, method: str) -> str | None:
     """Return why a method whose unknowns are vertices and edges can't state a problem, or None."""
-    if isinstance(problem, Ring):
-        return f"the rod is closed to a Ring, but {method} has two ends; use Collocation()."
     for s, support in problem.between:
         turning = any(support.held_rotation) or support.rotational is not None
         if turning or support.sliding == "section":
