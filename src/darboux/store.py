@@ -51,9 +51,10 @@ ENERGIES = {
     "bending": "energy of bending",
     "twist": "energy of twist",
     "stretch": "energy of stretch",
+    "supports": "energy of elastic supports",
     "load": "potential of the loads",
     "dissipated": "energy dissipated by damping",
-    "work": "work of moving supports and of loads that change",
+    "work": "work of moving supports, and of loads that change or follow",
 }
 ARRAYS = {
     EQUILIBRIUM: ("s", *(name for name, *_ in STATES), *(f"d{name}_ds" for name, *_ in STATES)),

@@ -150,7 +150,7 @@ class _Recorder:
         self.times = np.zeros(records + 1)
         self.x, self.v = np.zeros((records + 1, N + 1, 3)), np.zeros((records + 1, N + 1, 3))
         self.d1, self.spin = np.zeros((records + 1, N, 3)), np.zeros((records + 1, N))
-        self.measured = np.zeros((records + 1, 14))
+        self.measured = np.zeros((records + 1, 15))
 
     def take(self, run: Run) -> None:
         """Record the run's present state."""
@@ -167,9 +167,9 @@ class _Recorder:
         """Return what was recorded, with the status that the energy allows."""
         units, n = self.system.units, self.n
         kinetic, bending, twist, stretch, load = self.measured[:n, :5].T * units.energy
-        dissipated, of_loads, of_supports = self.measured[:n, 11:].T * units.energy
+        supports, dissipated, of_loads, of_supports = self.measured[:n, 11:].T * units.energy
         work = of_supports + of_loads + (load - (load[:1] if self.before is None else self.before.energy.load[0]))
-        energies = (kinetic, bending, twist, stretch, load, dissipated, work)
+        energies = (kinetic, bending, twist, stretch, supports, load, dissipated, work)
         names = [field.name for field in dataclasses.fields(MotionEnergy)]
         energy = MotionEnergy(*(self._whole(f"energy.{name}", new) for name, new in zip(names, energies, strict=True)))
         if status.converged and not energy.drift <= drift:

@@ -9,7 +9,6 @@ from darboux import checks
 from darboux.checks import assign, description
 from darboux.dynamics.run import Run
 from darboux.dynamics.system import System, new_state
-from darboux.errors import InvalidInput
 from darboux.kernels import rod_motion
 
 Array = NDArray[np.float64]
@@ -28,7 +27,7 @@ class TRBDF2:
         q_g = q0 + g h / 2 (V0 + V_g),     q1 = q0 + (q_g - q0) / (g (2 - g)) + (1 - g) / (2 - g) h V1,     g = 2 - sqrt 2
 
     and likewise for M V. Fast waves that the step does not resolve are damped, which the balance of energy shows; for motion
-    without damping take ``ImplicitMidpoint``. Stretchable rods only.
+    without damping take ``ImplicitMidpoint``.
 
     Arguments: ``segments`` N >= 2; ``rtol`` the error of one step in positions over the length, and in angles (rad), by
     which the step adapts; ``step`` a constant step in s in its place. Sources: R. E. Bank et al., IEEE Trans.
@@ -57,10 +56,6 @@ class TRBDF2:
 
     def begin(self, system: System) -> Run:
         """Return a run at t = 0."""
-        if system.inextensible:
-            raise InvalidInput(
-                "TRBDF2 states rods that stretch, but rod.stretch is False; use ImplicitMidpoint(), or set stretch=True."
-            )
         return _Adaptive(system, self.rtol, self.step)
 
 
@@ -101,7 +96,7 @@ class _Adaptive(Run):
         """Return the three rows of a step; what never changes is found once."""
         if self._steady is None or not self.system.motion.steady:
             times = [self.t, self.t + rod_motion.GAMMA * h, self.t + h]
-            self._steady = self.system.drive(times, h).ravel()
+            self._steady = self.system.drive(times, h)
         return self._steady
 
     def advance(self, t: float) -> bool:
