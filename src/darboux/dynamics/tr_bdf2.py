@@ -107,9 +107,9 @@ class _Adaptive(Run):
             left = t - self.t
             n = max(1, round(left / self.h + 0.5 - AGAIN)) if left < 3.0 * self.h else 3
             h = self._tried = left / n if left < 3.0 * self.h else self.h
-            A = self.A.copy()
+            A, drive = self.A.copy(), self._drive(h)
             done = rod_motion.tr_bdf2_step(
-                self.state, self.V, A, h / units.time, self._drive(h), self.body, self.system.space, self.middle,
+                self.state, self.V, A, h / units.time, drive, self.body, self.system.space, self.middle,
                 self.now, self.velocity, self.error, self.new_power, self.tolerance,
             )  # fmt: skip
             size = float(np.max(np.abs(self.error))) / self.rtol if done >= 0 else np.inf
@@ -121,6 +121,9 @@ class _Adaptive(Run):
                 if self.h < SHORTEST * motion.duration or (self.constant is not None and halvings > 10):
                     return False
                 continue
+            self.tally[rod_motion.OF_LOADS] += rod_motion.work_on_ghosts(
+                self.state, self.now, self.body, drive[0], drive[2]
+            )
             self._accept(t if n == 1 else self.t + h, h / units.time, A, done)
             halvings = 0
             if self.constant is None:

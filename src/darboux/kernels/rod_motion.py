@@ -480,10 +480,23 @@ def slow(V: Array, rate: float, slowness: float, mass: Array, hessian: bool, res
 
 
 @inline
-def turn_from(turning: Turning, end: int, a1: Vector, a2: Vector, a3: Vector) -> Vector:
-    """The rotation vector theta from the support's frame S to a frame A: 2 sin |theta| = |sum s_i x a_i|."""
+def frame_of(state: State, j: int) -> tuple[Vector, Vector, Vector]:
+    """The directors of edge j."""
+    a3, a1 = vector(state.t, 3 * j), vector(state.d1, 3 * j)
+    return a1, cross(a3, a1), a3
+
+
+@inline
+def support_frame(turning: Turning, end: int) -> tuple[Vector, Vector, Vector]:
+    """The directors that a support has at no turn."""
     o = 9 * end
-    s1, s2, s3 = vector(turning.frame, o), vector(turning.frame, o + 3), vector(turning.frame, o + 6)
+    return vector(turning.frame, o), vector(turning.frame, o + 3), vector(turning.frame, o + 6)
+
+
+@inline
+def turn_between(s: tuple[Vector, Vector, Vector], a: tuple[Vector, Vector, Vector]) -> Vector:
+    """The rotation vector theta from a frame S to a frame A: 2 sin |theta| = |sum s_i x a_i|."""
+    (s1, s2, s3), (a1, a2, a3) = s, a
     axis = scaled(0.5, plus(cross(s1, a1), plus(cross(s2, a2), cross(s3, a3))))
     sine, cosine = math.sqrt(dot(axis, axis)), 0.5 * (dot(s1, a1) + dot(s2, a2) + dot(s3, a3) - 1.0)
     if sine < 1e-9:
@@ -517,15 +530,35 @@ def by_turn(work: Array, p: int, o: int, t: Vector) -> Vector:
 
 
 @inline
+def moment_on(turning: Turning, a: tuple[Vector, Vector, Vector], row: Array, end: int) -> Vector:
+    """The loads' moment on a ghost of the frame a."""
+    m = sum_of(turning.section_moment, 3 * end, 6, row)
+    dead = sum_of(turning.moment, 3 * end, 6, row)
+    moment: Vector = plus(dead, plus(mix(m[0], a[0], m[1], a[1]), scaled(m[2], a[2])))
+    return moment
+
+
+@jit
+def work_on_ghosts(old: State, new: State, body: Body, first: Array, last: Array) -> float:
+    """The work of the moments on ghosts that turn, in a step whose rows of the drive are `first` and `last`."""
+    work = 0.0
+    for end in range(2):
+        if body.turning.free[end] > 0:
+            j = end * (old.t.size // 3 - 1)
+            a, b = frame_of(old, j), frame_of(new, j)
+            mean = plus(moment_on(body.turning, a, first, end), moment_on(body.turning, b, last, end))
+            work += 0.5 * dot(mean, turn_between(a, b))
+    return work
+
+
+@inline
 def fill_ghost(now: State, turning: Turning, row: Array, end: int, work: Array, ghost: Array) -> None:
     """Gradient and Hessian of eq. (6) by the free rotations of a ghost, from those of its spring."""
     o, j = 4 * end, end * (now.t.size // 3 - 1)
     t, a1 = vector(now.t, 3 * j), vector(now.d1, 3 * j)
     a2, phi = cross(t, a1), vector(work, PHI + o)
-    theta = turn_from(turning, end, a1, a2, t)
-    m = sum_of(turning.section_moment, 3 * end, 6, row)
-    moment = plus(sum_of(turning.moment, 3 * end, 6, row), plus(mix(m[0], a1, m[1], a2), scaled(m[2], t)))
-    slope = minus(mix(1.0, cross(t, phi), work[PHI + o + 3], t), moment)
+    theta = turn_between(support_frame(turning, end), (a1, a2, t))
+    slope = minus(mix(1.0, cross(t, phi), work[PHI + o + 3], t), moment_on(turning, (a1, a2, t), row, end))
     slope = plus(slope, moment_of_turn(turning.stiffness, 6 * end, theta))
     store(ghost, SLOPE, slope)
     rows = (by_turn(work, o, o, t), by_turn(work, o + 1, o, t), by_turn(work, o + 2, o, t), by_turn(work, o + 3, o, t))
@@ -627,6 +660,14 @@ def turn_ghosts(now: State, body: Body, row: Array, space: Space) -> None:
             turn_ghost(now, body.turning, body.rod.B, body.rod.kappa0, row, end, space.work, space.ghost)
 
 
+@inline
+def keep_ghosts(state: State, kept: State) -> None:
+    """Copy the ghosts' frames."""
+    for o in (0, state.t.size - 3):
+        store(kept.t, o, vector(state.t, o))
+        store(kept.d1, o, vector(state.d1, o))
+
+
 @jit
 def turning_spring(
     now: State, turning: Turning, B: Array, kappa0: Array, row: Array, i: int, hessian: bool, residual: Array,
@@ -662,17 +703,14 @@ def turning_spring(
 @inline
 def energy_of_supports(state: State, body: Body) -> float:
     """Energy of the springs of the supports."""
-    x, t, d1, _ = state
-    holds, turning = body.holds, body.turning
+    x, holds, turning = state.x, body.holds, body.turning
     total = 0.0
     for k in range(holds.anchors.size):
         u = minus(vector(x, 3 * holds.anchors[k]), vector(holds.place, 3 * k))
         total += 0.5 * dot(u, symmetric_times(holds.stiffness, 6 * k, u))
     for end in range(2):
         if turning.free[end] == 3:
-            o = end * (t.size - 3)
-            a3, a1 = vector(t, o), vector(d1, o)
-            theta = turn_from(turning, end, a1, cross(a3, a1), a3)
+            theta = turn_between(support_frame(turning, end), frame_of(state, end * (state.t.size // 3 - 1)))
             total += 0.5 * dot(theta, symmetric_times(turning.stiffness, 6 * end, theta))
     return total
 
@@ -1036,8 +1074,10 @@ def midpoint_steps(
             state.x[p] += h * velocity[4 * (p // 3) + p % 3]
         turn_frames(now, step, state)
         set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, body.turning, state)
+        keep_ghosts(state, space.later)
         state.m[:] = now.m
         turn_ghosts(state, body, row, space)
+        tally[OF_LOADS] += work_on_ghosts(space.later, state, body, row, row)
         settle(state, body)
     return iterations
 
@@ -1141,6 +1181,7 @@ def verlet_steps(
             tally[OF_SUPPORTS] += 0.5 * h * power_of_supports(body, row, space.reaction)
             if half == 0:
                 accelerations(now, V, body, row, space, A)
+        tally[OF_LOADS] += work_on_ghosts(state, now, body, row, row)
         for p in range(V.size):
             V[p] += 0.5 * h * (A[p] - space.step[p])
         state.x[:] = now.x
