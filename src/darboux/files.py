@@ -16,7 +16,7 @@ def check(path: Path) -> None:
         with tempfile.TemporaryFile(dir=path.parent):
             pass
     except OSError as error:
-        raise _refusal(path, error) from None
+        raise refusal(path, error) from None
 
 
 @contextmanager
@@ -31,8 +31,9 @@ def replacing(path: Path) -> Iterator[Path]:
             yield temporary
             temporary.replace(path)
     except OSError as error:
-        raise _refusal(path, error) from None
+        raise refusal(path, error) from None
 
 
-def _refusal(path: Path, error: OSError) -> InvalidInput:
+def refusal(path: Path, error: OSError) -> InvalidInput:
+    """Return why a file can't be written."""
     return InvalidInput(f"{path} can't be written ({error.strerror or error}); make room, or choose another place.")

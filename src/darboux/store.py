@@ -60,6 +60,13 @@ ARRAYS = {
     EQUILIBRIUM: ("s", *(name for name, *_ in STATES), *(f"d{name}_ds" for name, *_ in STATES)),
     MOTION: ("time", "s", *(name for name, *_ in RECORDS), *ENERGIES),
 }
+# Dimensions, unit and what it is, of all arrays of a trajectory's file.
+MOTION_ARRAYS = {
+    "time": (("time",), "", "time in s"),  # xarray takes a unit "s" for a calendar's
+    "s": (("vertex",), "m", "arc length of the undeformed rod"),
+    **{name: (dimensions, unit, words) for name, dimensions, unit, words in RECORDS},
+    **{name: (("time",), "J", words) for name, words in ENERGIES.items()},
+}
 TEXTS = {"scenario": "the problem and the method, a scenario file", "record": "how the solve ended, as JSON"}
 
 
@@ -95,15 +102,45 @@ def open(path: str | Path) -> Any:  # noqa: A001  # darboux.open
                     f"{file} was written by darboux {version} in form {form}; this is darboux {__version__}, which reads forms "
                     f"up to {FORMAT}. Update darboux."
                 )
-            arrays = {name: np.asarray(data[name], dtype=float) for name in ARRAYS[kind]}
+            streamed = "streamed" in data.attrs
+            arrays = _maps(file, data) if streamed else {name: np.asarray(data[name], float) for name in ARRAYS[kind]}
             texts = {name: data[name].asstr()[()] for name in TEXTS}
-            if _digest(kind, arrays, texts) != data.attrs["digest"]:
+            unfinished = streamed and not data.attrs["digest"]
+            if not unfinished and _digest(kind, arrays, texts) != data.attrs["digest"]:
                 raise InvalidInput(f"{foreign} (its check sum differs).")
         return (_solution if kind == EQUILIBRIUM else _trajectory)(arrays, texts)
     except InvalidInput as error:
         raise InvalidInput(str(error) if str(file) in str(error) else f"{foreign} ({error})") from None
     except Exception as error:  # noqa: BLE001  # whatever a damaged file makes of the reader
         raise InvalidInput(f"{foreign} ({type(error).__name__}).") from None
+
+
+def mapped(path: Path) -> dict[str, Array]:
+    """Return the arrays of a streamed trajectory, which stay on the disk."""
+    import h5py
+
+    with h5py.File(path, "r") as data:
+        return _maps(path, data)
+
+
+def _maps(path: Path, data: Any) -> dict[str, Array]:
+    """Return the arrays of a streamed file, of the records up to its checkpoint: its first number is the time."""
+    whole = {
+        name: np.asarray(np.memmap(path, "<f8", "r", data[name].id.get_offset(), data[name].shape))
+        for name in ARRAYS[MOTION]
+    }
+    kept = int(np.count_nonzero(whole["time"] <= whole["checkpoint"][0]))
+    return {name: part[:kept] if MOTION_ARRAYS[name][0][0] == "time" else part for name, part in whole.items()}
+
+
+def digest_of_motion(path: Path, data: Any) -> str:
+    """Return the check sum of a streamed file, as it stands on the disk."""
+    return _digest(MOTION, _maps(path, data), {name: data[name].asstr()[()] for name in TEXTS})
+
+
+def json_of(record: dict[str, Any]) -> str:
+    """Return a record as a file holds it."""
+    return json.dumps(_plain(record))
 
 
 def dataset(result: EquilibriumSolution | Trajectory) -> Dataset:
@@ -132,18 +169,12 @@ def _of_equilibrium(solution: EquilibriumSolution) -> Dataset:
 
 def _of_motion(trajectory: Trajectory) -> Dataset:
     arrays = {"time": trajectory.times, "s": trajectory.s}
+    arrays |= {name: getattr(trajectory, name) for name, *_ in RECORDS}
+    arrays |= {name: getattr(trajectory.energy, name) for name in ENERGIES}
     variables: dict[str, Any] = {}
-    for name, dimensions, unit, words in RECORDS:
-        arrays[name] = getattr(trajectory, name)
-        variables[name] = (dimensions, arrays[name], {"units": unit, "long_name": words})
-    for name, words in ENERGIES.items():
-        arrays[name] = getattr(trajectory.energy, name)
-        variables[name] = (("time",), arrays[name], {"units": "J", "long_name": words})
-    coordinates = {
-        "time": ("time", arrays["time"], {"long_name": "time in s"}),  # xarray takes a unit "s" for a calendar's
-        "s": ("vertex", arrays["s"], {"units": "m", "long_name": "arc length of the undeformed rod"}),
-        "axis": ["x", "y", "z"],
-    }
+    for name, (dimensions, unit, words) in MOTION_ARRAYS.items():
+        variables[name] = (dimensions, arrays[name], ({"units": unit} if unit else {}) | {"long_name": words})
+    coordinates = {"time": variables.pop("time"), "s": variables.pop("s"), "axis": ["x", "y", "z"]}
     motion = trajectory.motion
     stated = scenario.Scenario(motion.problem, None, motion, trajectory.method)
     return _whole(MOTION, variables, coordinates, arrays, stated, _record(trajectory, ["status", "statistics"]))
@@ -222,7 +253,7 @@ def _digest(kind: str, arrays: dict[str, Array], texts: dict[str, str]) -> str:
     """Return a check sum of all that is stored."""
     digest = hashlib.sha256()
     for name in ARRAYS[kind]:
-        digest.update(np.ascontiguousarray(arrays[name], dtype="<f8").tobytes())
+        digest.update(np.ascontiguousarray(arrays[name], dtype="<f8").data)
     for name in TEXTS:
         digest.update(texts[name].encode())
     return digest.hexdigest()
