@@ -16,17 +16,29 @@ PUSH = dx.LineForce((1, 2, -3))
 ROLLER = dx.Roller(UP, position=UP)
 SPRING = dx.Spring(linear=5.0, rotational=np.diag([1, 2, 0.5]), position=(0, 0.1, 0.9))
 TURNING = [dx.EndForce((0.5, 0.3, -0.6), follower=True), dx.EndMoment((0.3, 0.2, 0.4), follower=True)]
-AT_POINTS = [dx.PointForce((0.5, 0.3, 0.6), at=0.37, follower=True), dx.PointMoment((0.3, 0.2, 0.4), 0.37, follower=True)]
+AT_POINTS = [
+    dx.PointForce((0.5, 0.3, 0.6), at=0.37, follower=True),
+    dx.PointMoment((0.3, 0.2, 0.4), 0.37, follower=True),
+]
 IN_SECTION = [dx.LineForce((0.5, 0.3, 0.6), frame="section"), dx.LineCouple((0.3, 0.2, 0.4), frame="section")]
-FIELDS = [dx.LineCouple((0.3, 0.2, 0.4)), dx.Buoyancy(0.2, area=1.0), dx.ElectricField((1, 0, 0), 1.5), dx.Foundation(3.0)]
+FIELDS = [
+    dx.LineCouple((0.3, 0.2, 0.4)),
+    dx.Buoyancy(0.2, area=1.0),
+    dx.ElectricField((1, 0, 0), 1.5),
+    dx.Foundation(3.0),
+]
 BETWEEN = {0.3: dx.Roller(UP, position=(0, 0, 0.3)), 0.61: dx.Spring(linear=50, position=(0, 0, 0.61))}
 PROBLEMS = {
     "followers on the end": dx.Equilibrium(ROD, loads=TURNING),
-    "loads at points": dx.Equilibrium(ROD, loads=[dx.PointForce((0.5, 0.3, 0.6), 0.37), dx.PointMoment((0.3, 0.2, 0.4), 0.6)]),
+    "loads at points": dx.Equilibrium(
+        ROD, loads=[dx.PointForce((0.5, 0.3, 0.6), 0.37), dx.PointMoment((0.3, 0.2, 0.4), 0.6)]
+    ),
     "followers at points": dx.Equilibrium(ROD, loads=AT_POINTS),
     "followers along the rod": dx.Equilibrium(ROD, loads=IN_SECTION),
     "fields": dx.Equilibrium(ROD, loads=FIELDS),
-    "turning frame": dx.Equilibrium(ROD, dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Rotation((0, 0, 2)), dx.Gravity((0, 0, -1))]),
+    "turning frame": dx.Equilibrium(
+        ROD, dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Rotation((0, 0, 2)), dx.Gravity((0, 0, -1))]
+    ),
     "hinge": dx.Equilibrium(ROD, dx.Hinge((1, 0, 0)), ROLLER, loads=[PUSH, dx.EndMoment((1, 0.2, 0.3), at="start")]),
     "universal": dx.Equilibrium(ROD, dx.Universal((1, 0, 0), (0, 1, 0)), ROLLER, loads=[PUSH, *IN_SECTION]),
     "spring": dx.Equilibrium(ROD, end=SPRING, loads=[PUSH, *TURNING]),
@@ -64,8 +76,12 @@ def test_order_in_time_with_all_that_follows(method, solved) -> None:
     loads = [*TURNING, *AT_POINTS, *IN_SECTION, dx.Rotation((0, 0, 2.0)), dx.Gravity((0, 0, -1))]
     swing = lambda t: np.cos(9 * t) ** 2  # noqa: E731
     factors = [None, swing, None, swing, lambda t: 1 + t**2, swing, None, swing]
-    problem = dx.Equilibrium(rod, dx.Universal((1, 0, 0), (0, 1, 0)), SPRING, between={0.5: dx.Spring(linear=9.0)}, loads=loads)
-    motion = dx.Motion(problem, 0.1, "equilibrium", load_factor=factors, damping=[dx.LinearDrag(0.5, 1.0)], rotary_inertia=0.02)
+    problem = dx.Equilibrium(
+        rod, dx.Universal((1, 0, 0), (0, 1, 0)), SPRING, between={0.5: dx.Spring(linear=9.0)}, loads=loads
+    )
+    motion = dx.Motion(
+        problem, 0.1, "equilibrium", load_factor=factors, damping=[dx.LinearDrag(0.5, 1.0)], rotary_inertia=0.02
+    )
     ends = []
     for halving in range(3):
         x = dx.simulate(motion, dataclasses.replace(method, step=method.step / 2**halving), records=1)
@@ -90,7 +106,9 @@ def test_a_motion_seen_from_a_turning_frame() -> None:
     moving = dx.Moving(position=lambda t: turned(t) @ arm.position, frame=lambda t: turned(t) @ arm.R)
     straight = lambda s: np.outer(0.2 + s, (1, 0, 0))  # noqa: E731
     velocity = lambda s: np.cross((0, 0, spin), straight(s))  # noqa: E731
-    outside = dx.Motion(dx.Equilibrium(rod, arm, loads=[weight]), 0.4, velocity=velocity, start=moving, rotary_inertia=1e-6)
+    outside = dx.Motion(
+        dx.Equilibrium(rod, arm, loads=[weight]), 0.4, velocity=velocity, start=moving, rotary_inertia=1e-6
+    )
     x = dx.simulate(outside, method, records=4)
     back = np.einsum("nji,nkj->nki", [turned(t) for t in x.times], x.positions)
     moved = np.max(np.abs(seen.tip - seen.tip[0]))
@@ -110,8 +128,17 @@ def test_a_column_flutters_under_a_follower_thrust(thrust: float, grows: bool) -
     assert (np.max(tip[150:]) > 5.0 * np.max(tip[:50])) == grows
 
 
-@pytest.mark.parametrize("support", [dx.Clamped(), dx.Hinge((1, 0, 0)), dx.Universal((1, 0, 0), (0, 1, 0)), dx.Roller(UP),
-                                     dx.Slider(UP), dx.Spring(linear=30.0, rotational=2.0)], ids=lambda s: type(s).__name__)  # fmt: skip
+HELD = (
+    dx.Clamped(),
+    dx.Hinge((1, 0, 0)),
+    dx.Universal((1, 0, 0), (0, 1, 0)),
+    dx.Roller(UP),
+    dx.Slider(UP),
+    dx.Spring(30.0, 2.0),
+)
+
+
+@pytest.mark.parametrize("support", HELD, ids=lambda support: type(support).__name__)
 def test_a_support_lets_go(support) -> None:
     """After which momentum grows by weight alone; what its springs held is its work."""
     problem = dx.Equilibrium(ROD, support, loads=[dx.Gravity((0, 0, -1)), dx.Foundation(1e-9)])

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+ROOM = 2**17  # bytes of a file, for names, texts and descriptions beside the numbers
 FORMAT = 1  # raised when a reader of the old form could no longer read the new one; older forms stay readable
 EQUILIBRIUM, MOTION = "darboux equilibrium", "darboux motion"  # kinds of results
 # Name, columns of the 13 states, dimension, unit and what it is.
@@ -77,6 +78,7 @@ def save(result: EquilibriumSolution | Trajectory, path: str | Path) -> None:
     """
     data = dataset(result)
     with files.replacing(Path(path)) as temporary:
+        files.reserve(temporary, data.nbytes + ROOM)  # HDF5 itself does not survive a full disk
         data.to_netcdf(temporary, engine="h5netcdf")
 
 
@@ -105,7 +107,7 @@ def open(path: str | Path) -> Any:  # noqa: A001  # darboux.open
             streamed = "streamed" in data.attrs
             arrays = _maps(file, data) if streamed else {name: np.asarray(data[name], float) for name in ARRAYS[kind]}
             texts = {name: data[name].asstr()[()] for name in TEXTS}
-            unfinished = streamed and not data.attrs["digest"]
+            unfinished = streamed and not data.attrs["digest"].strip()
             if not unfinished and _digest(kind, arrays, texts) != data.attrs["digest"]:
                 raise InvalidInput(f"{foreign} (its check sum differs).")
         return (_solution if kind == EQUILIBRIUM else _trajectory)(arrays, texts)

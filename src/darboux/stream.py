@@ -7,6 +7,7 @@ run, the file can be read, to the last checkpoint. Until the run ends it is call
 from __future__ import annotations
 
 import contextlib
+import math
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ from darboux.motion import Motion
 Array = NDArray[np.float64]
 
 BLOCK = 2**20  # numbers that are written at a time
+RECORD = 4096  # characters
+UNFINISHED = " " * 64  # in the place of the check sum
 BROKEN_OFF = {"code": "stopped", "message": "The run was broken off; it can be continued from its last record."}
 
 
@@ -44,9 +47,11 @@ class Stream:
         self.path = Path(path)
         self.part = self.path.with_name(self.path.name + ".part")
         text = scenario.Scenario(motion.problem, None, motion, method).toml
-        files.check(self.path)
         sizes = {"time": records, "vertex": len(s), "edge": len(s) - 1, "axis": 3, "number": checkpoint}
+        arrays = store.MOTION_ARRAYS.values()
+        numbers = sum(math.prod(sizes[dimension] for dimension in dimensions) for dimensions, _, _ in arrays)
         try:
+            files.reserve(self.part, 8 * numbers + store.ROOM)  # HDF5 itself does not survive a full disk
             with h5netcdf.File(self.part, "w") as new:
                 new.dimensions = sizes
                 for name, (dimensions, unit, words) in store.MOTION_ARRAYS.items():
@@ -55,7 +60,9 @@ class Stream:
                 new.create_variable("axis", ("axis",), h5py.string_dtype())[:] = ["x", "y", "z"]
                 for name, words in store.TEXTS.items():
                     new.create_variable(name, (), h5py.string_dtype()).attrs["long_name"] = words
-                new.attrs.update(kind=store.MOTION, format=store.FORMAT, darboux=__version__, digest="", streamed=1)
+                new.attrs.update(
+                    kind=store.MOTION, format=store.FORMAT, darboux=__version__, digest=UNFINISHED, streamed=1
+                )
             self.file = h5py.File(self.part, "r+")
             for name in store.MOTION_ARRAYS:
                 self._fill(self.file[name])
@@ -76,7 +83,8 @@ class Stream:
             data[i : i + rows] = np.nan
 
     def _state(self, status: dict[str, str], statistics: dict[str, Any]) -> None:
-        self.file["record"][()] = store.json_of({"status": status, "statistics": statistics})
+        text = store.json_of({"status": status, "statistics": statistics})
+        self.file["record"][()] = text.ljust(RECORD)  # always as long, so that it has its room
 
     def write(self, i: int, rows: dict[str, Any], checkpoint: Array) -> None:
         """Write the record i, or records from i on, and what the run goes on with after it; raises ``OSError``."""

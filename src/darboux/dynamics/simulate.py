@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks
+from darboux import checks, files
 from darboux.checks import checked_call
 from darboux.dynamics.implicit_midpoint import ImplicitMidpoint
 from darboux.dynamics.run import Run
@@ -110,7 +110,7 @@ def simulate(
         except OSError as error:
             status = Status(
                 "stopped",
-                f"{out} can't be written ({error.strerror or error}); what was recorded before t = {run.t:.6g} s is kept. Make "
+                f"{out} can't be written ({files.reason(error)}); what was recorded before t = {run.t:.6g} s is kept. Make "
                 "room, and go on with start_from.",
             )
     trajectory = recorder.trajectory(status, drift, time.perf_counter() - began)
