@@ -144,7 +144,8 @@ class Motion:
     time in s from which on an end is free, as in ``release={"end": 0.2}`` (both ends at 0: free flight);
     ``rotary_inertia`` J per length about the tangent in kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1
     + I2) for a section of one material.
-    A ``Table`` of times serves as a function of t. Raises ``InvalidInput``.
+    A ``Table`` of times serves as a function of t. With a ``Rotation`` among the loads all is seen in the frame that turns
+    with its omega, velocities included, and Coriolis' force acts too. Raises ``InvalidInput``.
     """
 
     problem: Equilibrium
