@@ -121,10 +121,7 @@ FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
 LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
 STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
 LARGEST_SHARE = 0.5  # of B dk in the correction (4), which is left out where dk all but vanishes and c is huge
-PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2; of its acceleration, times N^2 its mass
-REPEATS = (
-    6  # of the solution for constrained accelerations, each of which makes the error of the multipliers a PENALTY-th
-)
+PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2
 
 MOST_TURNS = 30  # of a ghost, until it stands in equilibrium
 TURNED = 1e-12  # rad
@@ -1082,39 +1079,9 @@ def midpoint_steps(
     return iterations
 
 
-@inline
-def swing(now: State, V: Array, j: int) -> float:
-    """|P (v_j - v_j-1)|^2 / |e|: how fast a turning edge would grow longer."""
-    e = edge(now.x, j)
-    size = math.sqrt(dot(e, e))
-    across_edge = across(scaled(1.0 / size, e), minus(vector(V, 4 * j), vector(V, 4 * j - 4)))
-    rate: float = dot(across_edge, across_edge) / size
-    return rate
-
-
-@inline
-def constrain(now: State, V: Array, penalty: float, body: Body, A: Array) -> None:
-    """Add the penalty's part that does not depend on the accelerations."""
-    for j in range(1, body.rod.l.size + 1):
-        add_tension(unit(edge(now.x, j)), penalty * swing(now, V, j), j, A)
-
-
-@inline
-def renew_multipliers(now: State, V: Array, A: Array, penalty: float, body: Body, start: Array) -> None:
-    """T += penalty (t.(A_j - A_j-1) + |P (v_j - v_j-1)|^2 / |e|), also in the forces that they make."""
-    for j in range(1, body.rod.l.size + 1):
-        t = unit(edge(now.x, j))
-        change = penalty * (dot(t, minus(vector(A, 4 * j), vector(A, 4 * j - 4))) + swing(now, V, j))
-        body.rod.T[j - 1] += change
-        add_tension(t, change, j, start)
-
-
 @jit
 def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A: Array) -> None:
-    """V' = -M^-1 (G + J omega t'), 0 where a support holds; an inextensible rod's tensions too.
-
-    Its edges keep their length to second order: t.(v_j' - v_j-1') + |P (v_j - v_j-1)|^2 / |e| = 0.
-    """
+    """V' = -M^-1 (G + J omega t'), 0 where a support holds; an inextensible rod's without its tension, which a stage makes up."""
     if body.inextensible:
         body.rod.EA[:] = 0.0
     forces(now, now, V, 0.0, body, row, False, False, space)
@@ -1130,27 +1097,15 @@ def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A:
             A[k] = 0.0 if body.fixed[k] else -space.residual[k] / body.mass[k]
         keep_from_sliding(body.holds, A)
         return
-    start, penalty = space.step, PENALTY * edges * edges * body.mass[0] if body.inextensible else 0.0
-    start[:] = space.residual
+    A[:] = space.residual
     space.lower[:] = 0.0
     add_inertia(now, now, V, V, 1.0, body, False, space.residual, space.lower)
-    for j in range(1, edges + 1):
-        if body.inextensible:
-            add_tension_hessian(unit(edge(now.x, j)), 0.0, penalty, j, space.lower)
-    A[:] = start
     band.fix(space.lower, A, body.fixed)
     project(body.holds, space.lower, A)
     band.factor(space.lower, V.size)
-    for _ in range(REPEATS if body.inextensible else 1):
-        if body.inextensible:
-            A[:] = start
-            constrain(now, V, penalty, body, A)
-        for k in range(V.size):
-            A[k] = 0.0 if body.fixed[k] else -A[k]
-        keep_from_sliding(body.holds, A)
-        band.solve(space.lower, V.size, A)
-        if body.inextensible:
-            renew_multipliers(now, V, A, penalty, body, start)
+    band.solve(space.lower, V.size, A)
+    for k in range(V.size):
+        A[k] = -A[k]
 
 
 @jit
