@@ -183,7 +183,7 @@ def test_simulating(run: Any) -> None:
     assert numbers["tip"]["r"] == expected.tip[-1].tolist()
     assert (numbers["status"], numbers["t"], numbers["records"]) == ("converged", 1.0, 21)
     energy = numbers["energy"]
-    assert energy["total"] == energy["kinetic"] + energy["elastic"] + energy["load"]
+    assert energy["total"] == energy["kinetic"] + energy["elastic"] + energy["supports"] + energy["load"]
     assert energy["total"] + energy["dissipated"] - energy["work"] == pytest.approx(0.0, abs=energy["drift"] * 7e-4)
     found = json.loads(run("info", "a.nc", "--json").stdout)
     assert scenario.parse(found["scenario"]).motion == stated.motion

@@ -129,3 +129,101 @@ def test_what_can_not_be_continued_or_saved_says_so(tmp_path: Path) -> None:
 
 
 VELOCITY = dx.Table([0, 0.01], [[0, 0, 0], [1, 0, 0]])
+
+
+# To the disk, as it goes
+
+
+@pytest.fixture(scope="module")
+def whole() -> dx.Trajectory:
+    return dx.simulate(*RUNS["midpoint"], records=10)
+
+
+def test_a_streamed_run_is_the_same_and_goes_on_in_a_file(whole, stop, monkeypatch, tmp_path: Path) -> None:
+    import xarray
+
+    motion, method = RUNS["midpoint"]
+    path = tmp_path / "a.nc"
+    assert dx.simulate(motion, method, records=10, out=path) == whole
+    assert dx.open(path) == whole
+    assert not dx.open(path).positions.flags.owndata  # it stays on the disk
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        np.testing.assert_array_equal(data["positions"].values, whole.positions)
+    stop(7)
+    part = dx.simulate(motion, method, records=10, out=path)
+    monkeypatch.undo()
+    assert (part.status.code, len(part.times)) == ("stopped", 5)
+    assert dx.open(path) == part
+    assert dx.simulate(motion, start_from=part, out=path) == whole  # into the file that it reads
+    assert [file.name for file in tmp_path.iterdir()] == ["a.nc"]
+
+
+KILLED = """
+import os, signal, sys
+import darboux as dx
+from darboux.dynamics.run import Run
+from tests.test_continuing import RUNS
+checkpoint, calls = Run.checkpoint, []
+def counted(self):
+    calls.append(self)
+    if len(calls) == 7:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return checkpoint(self)
+Run.checkpoint = counted
+dx.simulate(*RUNS["midpoint"], records=10, out=sys.argv[1])
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="interrupts by a signal")
+def test_a_run_that_is_killed_goes_on_from_its_last_record(whole, tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    folder = Path(__file__).parent.parent
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])}
+    subprocess.run([sys.executable, "-c", KILLED, str(tmp_path / "a.nc")], env=environment, check=False)
+    found = dx.open(tmp_path / "a.nc.part")
+    assert (found.status.code, len(found.times)) == ("stopped", 5)
+    assert "broken off" in found.status.message
+    assert dx.simulate(RUNS["midpoint"][0], start_from=found) == whole
+
+
+def test_a_full_disk_loses_nothing(whole, monkeypatch, tmp_path: Path) -> None:
+    from darboux.stream import Stream
+
+    motion, method = RUNS["midpoint"]
+    write = Stream.write
+
+    def full(self, i, rows, checkpoint):
+        if i == 4:
+            raise OSError(28, "No space left on device")
+        write(self, i, rows, checkpoint)
+
+    monkeypatch.setattr(Stream, "write", full)
+    part = dx.simulate(motion, method, records=10, out=tmp_path / "a.nc")
+    monkeypatch.undo()
+    assert part.status.code == "stopped"
+    assert "a.nc can't be written (No space left on device)" in part.status.message
+    np.testing.assert_array_equal(part.positions, whole.positions[:4])
+    assert dx.open(tmp_path / "a.nc") == part
+    assert dx.simulate(motion, start_from=part) == whole
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits of a process")
+def test_a_disk_without_room_is_said_before_the_run(whole, tmp_path: Path) -> None:
+    import resource
+
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
+    try:
+        with pytest.raises(dx.InvalidInput, match=r"a\.nc can't be written .*make room"):
+            dx.simulate(*RUNS["midpoint"], records=10, out=tmp_path / "a.nc")
+        with pytest.raises(dx.InvalidInput, match=r"a\.nc can't be written .*make room"):
+            whole.save(tmp_path / "a.nc")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    with pytest.raises(dx.InvalidInput, match="can't be written"):
+        dx.simulate(*RUNS["midpoint"], out=tmp_path / "no" / "a.nc")
+    with pytest.raises(dx.InvalidInput, match=r"load_factor is a Python function"):
+        dx.simulate(dataclasses.replace(BUSY, load_factor=np.cos), out=tmp_path / "a.nc")
+    assert not list(tmp_path.iterdir())

@@ -95,9 +95,11 @@ MOTION_METHODS = [
     dx.StormerVerlet(30, step=1e-6),
 ]
 HUNG = dx.Equilibrium(dx.Rod(1.0, BARE, stretch=True), end=dx.Pinned((0, 0, 1)), loads=[dx.LineForce((1, 0, 0))])
+TWICE = dataclasses.replace(HUNG, loads=(dx.Gravity(), *HUNG.loads))
 MOTIONS = [
     dx.Motion(HUNG, 1 / 3, initial="equilibrium", rotary_inertia=0.1, release={"end": 0.2, "start": 0.0}),
     dx.Motion(HUNG, 1.0, velocity=VECTORS, spin=dx.Table(S, [1, 2, 3]), load_factor=0.5, damping=DAMPING),
+    dx.Motion(TWICE, 1.0, load_factor=[None, dx.Table(S, [0, 1, 2], "linear")]),
     dx.Motion(HUNG, 1.0, velocity=(0, 1, 0), spin=7.0, load_factor=dx.Table(S, [0, 1, 2], "linear")),
     dx.Motion(HUNG, 1.0, start=dx.Moving(dx.Table(S, [[0, 0, 0], [0.01, 0, 0], [0, 0, 0.01]]))),
     dx.Motion(HUNG, 1.0, end=dx.Moving(dx.Table(S, [[0, 0, 1], [0.01, 0, 0.9], [0, 0, 0.9]]))),
@@ -105,7 +107,7 @@ MOTIONS = [
 ALL = [
     *(Scenario(problem) for problem in PROBLEMS),
     *(Scenario(PROBLEMS[0], method) for method in METHODS),
-    *(Scenario(HUNG, None, motion) for motion in MOTIONS),
+    *(Scenario(motion.problem, None, motion) for motion in MOTIONS),
     *(Scenario(HUNG, METHODS[0], MOTIONS[0], method) for method in MOTION_METHODS),
 ]
 
@@ -290,6 +292,8 @@ def test_the_form_of_a_motion(tmp_path: Path) -> None:
         ('"500 ms", 1]', '"500 ms", 0.9]'): ["line 29", "motion.load_factor", "0 to 0.9 s", "the duration, 1 s"],
         ("t = [0, 1]", "s = [0, 1]"): ["line 35", "motion.start.position", "s is not known", "takes t"],
         ("{ start =", "{ strat ="): ["line 30", "motion.release.strat", "'start'"],
+        ("load_factor = {", "load_factor = [1, 2, 3] # {"): ["motion.load_factor has 3 factors", "2 loads"],
+        ("load_factor = {", 'load_factor = [1, "a"] # {'): ["line 29", "motion.load_factor[1]", "'a'"],
         ('"1 s"', '"-1 s"'): ["line 26", "motion.duration", "positive"],
     }
     for (old, new), words in wrong.items():
@@ -303,6 +307,7 @@ def test_the_form_of_a_motion(tmp_path: Path) -> None:
 def test_what_a_motion_s_file_can_t_hold() -> None:
     for motion, field in (
         (dx.Motion(HUNG, 1.0, load_factor=lambda t: t), "motion.load_factor"),
+        (dx.Motion(HUNG, 1.0, load_factor=[lambda t: t]), r"motion.load_factor\[0\]"),
         (dx.Motion(HUNG, 1.0, start=dx.Moving(lambda t: (0, 0, 0))), "motion.start.position"),
         (dx.Motion(HUNG, 1.0, initial=lambda s: np.outer(s, (0, 0, 1))), "motion.initial"),
     ):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import shutil
 import signal
 import tempfile
 import threading
@@ -18,7 +21,16 @@ def check(path: Path) -> None:
         with tempfile.TemporaryFile(dir=path.parent):
             pass
     except OSError as error:
-        raise _refusal(path, error) from None
+        raise refusal(path, error) from None
+
+
+def reserve(path: Path, size: int) -> None:
+    """Take the room of a file of so many bytes; raises ``OSError`` where there is not so much."""
+    with path.open("wb") as file:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, size)
+        elif shutil.disk_usage(path.parent).free < size:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 @contextmanager
@@ -33,7 +45,7 @@ def replacing(path: Path) -> Iterator[Path]:
             yield temporary
             temporary.replace(path)
     except OSError as error:
-        raise _refusal(path, error) from None
+        raise refusal(path, error) from None
 
 
 @contextmanager
@@ -52,5 +64,11 @@ def _patient() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-def _refusal(path: Path, error: OSError) -> InvalidInput:
-    return InvalidInput(f"{path} can't be written ({error.strerror or error}); make room, or choose another place.")
+def refusal(path: Path, error: OSError) -> InvalidInput:
+    """Return why a file can't be written."""
+    return InvalidInput(f"{path} can't be written ({reason(error)}); make room, or choose another place.")
+
+
+def reason(error: OSError) -> str:
+    """Return what the system says, in its own few words: libraries put their state in as well."""
+    return os.strerror(error.errno) if error.errno else str(error)

@@ -138,12 +138,14 @@ class Motion:
     (the problem's own, found when the run begins), an ``EquilibriumSolution`` of the same rod, or a function of s
     (n,) that returns r (n, 3) in m; ``velocity`` at the start in m/s: None (at rest), (3,), or a function of s that
     returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
-    ``Moving`` where the support moves; ``load_factor`` a number or a function of t that multiplies all loads;
+    ``Moving`` where the support moves; ``load_factor`` a number or a function of t that multiplies all loads, or a list of
+    them, one for each of ``problem.loads`` (None: 1);
     ``damping`` a sequence of ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the
     time in s from which on an end is free, as in ``release={"end": 0.2}`` (both ends at 0: free flight);
     ``rotary_inertia`` J per length about the tangent in kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1
     + I2) for a section of one material.
-    A ``Table`` of times serves as a function of t. Raises ``InvalidInput``.
+    A ``Table`` of times serves as a function of t. With a ``Rotation`` among the loads all is seen in the frame that turns
+    with its omega, velocities included, and Coriolis' force acts too. Raises ``InvalidInput``.
     """
 
     problem: Equilibrium
@@ -168,7 +170,7 @@ class Motion:
             )
         for i, part in enumerate(damping):
             checks.instance(f"motion.damping[{i}]", part, Damping, "a damping, such as MassDamping(2.0)")
-        assign(self, damping=tuple(damping), release=self._releases())
+        assign(self, damping=tuple(damping), release=self._releases(), load_factor=self._checked_factors())
         if self.rotary_inertia is not None:
             assign(self, rotary_inertia=checks.positive("motion.rotary_inertia", self.rotary_inertia, "kg m"))
         self._check_initial()
@@ -188,6 +190,19 @@ class Motion:
             at = checks.choice("motion.release", at, ("start", "end"))
             result.append((at, checks.not_negative(f"motion.release[{at!r}]", time, "s")))
         return tuple(sorted(result, key=lambda pair: pair[1]))
+
+    def _checked_factors(self) -> Any:
+        """Return the load factor, or one for each load."""
+        if not isinstance(self.load_factor, list | tuple):
+            return _checked_factor("motion.load_factor", self.load_factor)
+        loads = len(self.problem.loads)
+        if len(self.load_factor) != loads:
+            raise InvalidInput(
+                f"motion.load_factor has {len(self.load_factor)} factors, but the problem has {loads} loads; give one for each in "
+                "their order (None where it does not change), or one for all."
+            )
+        one = (1.0 if factor is None else factor for factor in self.load_factor)
+        return tuple(_checked_factor(f"motion.load_factor[{i}]", factor) for i, factor in enumerate(one))
 
     def _check_initial(self) -> None:
         rod = self.problem.rod
@@ -241,13 +256,14 @@ class Motion:
                     f"{self.duration:g} s."
                 )
         times = np.linspace(0.0, self.duration, SAMPLES)
-        for t in times:
-            self.factor(float(t))
+        for i in range(len(self.factors)):
+            for t in times:
+                self.factor(float(t), i)
         self._check_distance(times)
 
     def _tables(self) -> list[tuple[str, Table]]:
         """Return the tables of times."""
-        functions = [("motion.load_factor", self.load_factor)]
+        functions = [(self._name_of_factor(i), factor) for i, factor in enumerate(self.factors)]
         for at in ("start", "end"):
             moving = getattr(self, at)
             functions += [(f"motion.{at}.position", moving.position)] if moving is not None else []
@@ -290,13 +306,20 @@ class Motion:
             return np.asarray(getattr(self.problem, at).R)
         return np.asarray(_at_time(f"motion.{at}.frame", moving.frame, t, checks.rotation))
 
-    def factor(self, t: float) -> float:
-        """Return the factor of all loads at the time t."""
-        if self.load_factor is None:
-            return 1.0
-        if not callable(self.load_factor):
-            return checks.number("motion.load_factor", self.load_factor)
-        return float(_at_time("motion.load_factor", self.load_factor, t, checks.number))
+    @property
+    def factors(self) -> tuple[Any, ...]:
+        """The factors of time of the loads, in their order: numbers or functions; one where it is that of all."""
+        return self.load_factor if isinstance(self.load_factor, tuple) else (self.load_factor,)
+
+    def _name_of_factor(self, i: int) -> str:
+        return f"motion.load_factor[{i}]" if isinstance(self.load_factor, tuple) else "motion.load_factor"
+
+    def factor(self, t: float, load: int = 0) -> float:
+        """Return the factor of all loads at the time t; of one ``load`` by its number, where each has its own."""
+        value = self.factors[load]
+        if not callable(value):
+            return 1.0 if value is None else float(value)
+        return float(_at_time(self._name_of_factor(load), value, t, checks.number))
 
     def fluid(self, t: float) -> Array:
         """Return the velocity of the fluid at the time t: (3,) in m/s; all drags share one."""
@@ -310,7 +333,7 @@ class Motion:
     @property
     def steady(self) -> bool:
         """True where neither supports nor loads nor the fluid change in time."""
-        moving = self.start is not None or self.end is not None or callable(self.load_factor)
+        moving = self.start is not None or self.end is not None or any(map(callable, self.factors))
         return not moving and not any(isinstance(part, _Drag) and callable(part.fluid) for part in self.damping)
 
     @property
@@ -322,6 +345,10 @@ class Motion:
         """Return whether the support ``at`` still holds the end just after the time t."""
         released = any(end == at and time <= t for end, time in self.release)
         return getattr(self.problem, at).holds and not released
+
+
+def _checked_factor(field: str, factor: Any) -> Any:
+    return factor if factor is None or callable(factor) else checks.number(field, factor)
 
 
 def _vector_at(field: str, function: Callable[[float], Any], t: float, unit: str) -> Array:

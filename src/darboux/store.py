@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+ROOM = 2**17  # bytes of a file, for names, texts and descriptions beside the numbers
 FORMAT = 1  # raised when a reader of the old form could no longer read the new one; older forms stay readable
 EQUILIBRIUM, MOTION = "darboux equilibrium", "darboux motion"  # kinds of results
 # Name, columns of the 13 states, dimension, unit and what it is.
@@ -51,9 +52,10 @@ ENERGIES = {
     "bending": "energy of bending",
     "twist": "energy of twist",
     "stretch": "energy of stretch",
+    "supports": "energy of elastic supports",
     "load": "potential of the loads",
     "dissipated": "energy dissipated by damping",
-    "work": "work of moving supports and of loads that change",
+    "work": "work of moving supports, and of loads that change or follow",
 }
 ARRAYS = {
     EQUILIBRIUM: ("s", *(name for name, *_ in STATES), *(f"d{name}_ds" for name, *_ in STATES)),
@@ -61,6 +63,14 @@ ARRAYS = {
 }
 BEFORE_SEAL, AFTER_SEAL = b"darboux sha256 ", b" end of file\n"
 SEAL = len(BEFORE_SEAL) + 64 + len(AFTER_SEAL)  # bytes
+BLOCK = 2**20  # bytes that are read at a time
+# Dimensions, unit and what it is, of all arrays of a trajectory's file.
+MOTION_ARRAYS = {
+    "time": (("time",), "", "time in s"),  # xarray takes a unit "s" for a calendar's
+    "s": (("vertex",), "m", "arc length of the undeformed rod"),
+    **{name: (dimensions, unit, words) for name, dimensions, unit, words in RECORDS},
+    **{name: (("time",), "J", words) for name, words in ENERGIES.items()},
+}
 TEXTS = {"scenario": "the problem and the method, a scenario file", "record": "how the solve ended, as JSON"}
 
 
@@ -71,23 +81,36 @@ def save(result: EquilibriumSolution | Trajectory, path: str | Path) -> None:
     """
     data = dataset(result)
     with files.replacing(Path(path)) as temporary:
+        files.reserve(temporary, data.nbytes + ROOM)  # HDF5 itself does not survive a full disk
         data.to_netcdf(temporary, engine="h5netcdf")
         seal(temporary)
 
 
 def seal(file: Path) -> None:
     """Append a check sum of all bytes, which HDF5 passes over: some damaged files would keep its reader busy for ever."""
-    digest = hashlib.sha256(file.read_bytes()).hexdigest().encode()
+    digest = _sum_of(file, file.stat().st_size)
     with file.open("ab") as end:
         end.write(BEFORE_SEAL + digest + AFTER_SEAL)
 
 
 def _check_seal(file: Path, foreign: str) -> None:
-    content = file.read_bytes()
-    body, seal = content[:-SEAL], content[-SEAL:]
-    sealed = seal.startswith(BEFORE_SEAL) or seal.endswith(AFTER_SEAL)
-    if sealed and seal != BEFORE_SEAL + hashlib.sha256(body).hexdigest().encode() + AFTER_SEAL:
+    size = max(0, file.stat().st_size - SEAL)
+    with file.open("rb") as content:
+        content.seek(size)
+        seal = content.read()
+    sealed = seal.startswith(BEFORE_SEAL) or seal.endswith(AFTER_SEAL)  # a streamed file is not
+    if sealed and seal != BEFORE_SEAL + _sum_of(file, size) + AFTER_SEAL:
         raise InvalidInput(f"{foreign} (its check sum differs).")
+
+
+def _sum_of(file: Path, size: int) -> bytes:
+    digest = hashlib.sha256()
+    with file.open("rb") as content:
+        while size > 0:
+            block = content.read(min(size, BLOCK))
+            digest.update(block)
+            size -= max(len(block), 1)
+    return digest.hexdigest().encode()
 
 
 def open(path: str | Path) -> Any:  # noqa: A001  # darboux.open
@@ -113,15 +136,45 @@ def open(path: str | Path) -> Any:  # noqa: A001  # darboux.open
                     f"{file} was written by darboux {version} in form {form}; this is darboux {__version__}, which reads forms "
                     f"up to {FORMAT}. Update darboux."
                 )
-            arrays = {name: np.asarray(data[name], dtype=float) for name in ARRAYS[kind]}
+            streamed = "streamed" in data.attrs
+            arrays = _maps(file, data) if streamed else {name: np.asarray(data[name], float) for name in ARRAYS[kind]}
             texts = {name: data[name].asstr()[()] for name in TEXTS}
-            if _digest(kind, arrays, texts) != data.attrs["digest"]:
+            unfinished = streamed and not data.attrs["digest"].strip()
+            if not unfinished and _digest(kind, arrays, texts) != data.attrs["digest"]:
                 raise InvalidInput(f"{foreign} (its check sum differs).")
         return (_solution if kind == EQUILIBRIUM else _trajectory)(arrays, texts)
     except InvalidInput as error:
         raise InvalidInput(str(error) if str(file) in str(error) else f"{foreign} ({error})") from None
     except Exception as error:  # noqa: BLE001  # whatever a damaged file makes of the reader
         raise InvalidInput(f"{foreign} ({type(error).__name__}).") from None
+
+
+def mapped(path: Path) -> dict[str, Array]:
+    """Return the arrays of a streamed trajectory, which stay on the disk."""
+    import h5py
+
+    with h5py.File(path, "r") as data:
+        return _maps(path, data)
+
+
+def _maps(path: Path, data: Any) -> dict[str, Array]:
+    """Return the arrays of a streamed file, of the records up to its checkpoint: its first number is the time."""
+    whole = {
+        name: np.asarray(np.memmap(path, "<f8", "r", data[name].id.get_offset(), data[name].shape))
+        for name in ARRAYS[MOTION]
+    }
+    kept = int(np.count_nonzero(whole["time"] <= whole["checkpoint"][0]))
+    return {name: part[:kept] if MOTION_ARRAYS[name][0][0] == "time" else part for name, part in whole.items()}
+
+
+def digest_of_motion(path: Path, data: Any) -> str:
+    """Return the check sum of a streamed file, as it stands on the disk."""
+    return _digest(MOTION, _maps(path, data), {name: data[name].asstr()[()] for name in TEXTS})
+
+
+def json_of(record: dict[str, Any]) -> str:
+    """Return a record as a file holds it."""
+    return json.dumps(_plain(record))
 
 
 def dataset(result: EquilibriumSolution | Trajectory) -> Dataset:
@@ -150,18 +203,12 @@ def _of_equilibrium(solution: EquilibriumSolution) -> Dataset:
 
 def _of_motion(trajectory: Trajectory) -> Dataset:
     arrays = {"time": trajectory.times, "s": trajectory.s}
+    arrays |= {name: getattr(trajectory, name) for name, *_ in RECORDS}
+    arrays |= {name: getattr(trajectory.energy, name) for name in ENERGIES}
     variables: dict[str, Any] = {}
-    for name, dimensions, unit, words in RECORDS:
-        arrays[name] = getattr(trajectory, name)
-        variables[name] = (dimensions, arrays[name], {"units": unit, "long_name": words})
-    for name, words in ENERGIES.items():
-        arrays[name] = getattr(trajectory.energy, name)
-        variables[name] = (("time",), arrays[name], {"units": "J", "long_name": words})
-    coordinates = {
-        "time": ("time", arrays["time"], {"long_name": "time in s"}),  # xarray takes a unit "s" for a calendar's
-        "s": ("vertex", arrays["s"], {"units": "m", "long_name": "arc length of the undeformed rod"}),
-        "axis": ["x", "y", "z"],
-    }
+    for name, (dimensions, unit, words) in MOTION_ARRAYS.items():
+        variables[name] = (dimensions, arrays[name], ({"units": unit} if unit else {}) | {"long_name": words})
+    coordinates = {"time": variables.pop("time"), "s": variables.pop("s"), "axis": ["x", "y", "z"]}
     motion = trajectory.motion
     stated = scenario.Scenario(motion.problem, None, motion, trajectory.method)
     return _whole(MOTION, variables, coordinates, arrays, stated, _record(trajectory, ["status", "statistics"]))
@@ -240,7 +287,7 @@ def _digest(kind: str, arrays: dict[str, Array], texts: dict[str, str]) -> str:
     """Return a check sum of all that is stored."""
     digest = hashlib.sha256()
     for name in ARRAYS[kind]:
-        digest.update(np.ascontiguousarray(arrays[name], dtype="<f8").tobytes())
+        digest.update(np.ascontiguousarray(arrays[name], dtype="<f8").data)
     for name in TEXTS:
         digest.update(texts[name].encode())
     return digest.hexdigest()

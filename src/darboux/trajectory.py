@@ -26,15 +26,16 @@ Array = NDArray[np.float64]
 class MotionEnergy:
     """Energies in J at the recorded times, each (n,).
 
-    ``kinetic``, with the spin's; elastic ``bending``, ``twist``, ``stretch``; ``load`` the potential of the loads as they
-    are at that time; ``dissipated`` by damping since the start; ``work`` since the start of moving supports, of loads that
-    change in time, of couples and of the fluid.
+    ``kinetic``, with the spin's; elastic ``bending``, ``twist``, ``stretch``; ``supports`` of those that are springs; ``load`` the
+    potential of the loads as they are at that time; ``dissipated`` by damping since the start; ``work`` since the start of
+    moving supports and of those that let go, of loads that change in time, of couples, of followers and of the fluid.
     """
 
     kinetic: Array
     bending: Array
     twist: Array
     stretch: Array
+    supports: Array
     load: Array
     dissipated: Array
     work: Array
@@ -46,8 +47,8 @@ class MotionEnergy:
 
     @property
     def total(self) -> Array:
-        """Kinetic, elastic and potential energy."""
-        return self.kinetic + self.elastic + self.load
+        """Kinetic, elastic and potential energy, with that of the supports."""
+        return self.kinetic + self.elastic + self.supports + self.load
 
     @property
     def balance(self) -> Array:
@@ -57,7 +58,8 @@ class MotionEnergy:
     @property
     def drift(self) -> float:
         """The largest change of the balance, over the largest change or amount of energy in the motion."""
-        size = max(float(np.max(self.kinetic + self.elastic)), float(np.ptp(self.load)), float(np.ptp(self.dissipated)))
+        amount = float(np.max(self.kinetic + self.elastic + self.supports))
+        size = max(amount, float(np.ptp(self.load)), float(np.ptp(self.dissipated)))
         return float(np.max(np.abs(self.balance - self.balance[0]))) / size if size > 0.0 else 0.0
 
 

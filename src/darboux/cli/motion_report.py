@@ -30,6 +30,7 @@ def content(trajectory: Trajectory, seconds: float) -> dict[str, Any]:
             "total": energy.total[-1],
             "kinetic": energy.kinetic[-1],
             "elastic": energy.elastic[-1],
+            "supports": energy.supports[-1],
             "load": energy.load[-1],
             "dissipated": energy.dissipated[-1],
             "work": energy.work[-1],

@@ -79,7 +79,7 @@ class _Steps(Run):
         while True:
             steps = n * 2**self.halved
             h = self._tried = (t - start) / steps
-            drive = self.system.midpoint_drive(start, h, steps).ravel()
+            drive = self.system.midpoint_drive(start, h, steps)
             done = rod_motion.midpoint_steps(
                 self.state, self.V, self.A, h / self.system.units.time, steps, drive, self.body, self.system.space,
                 self.now, self.velocity, self.tally, self.tolerance,

@@ -148,7 +148,7 @@ def sparse(lower: Array, n: int) -> Any:
 def stiffness(system: System, state: State, factor: float) -> Array:
     """Return the band of K at a state, with the loads at a factor; the held unknowns are still in it."""
     row = system.drive([0.0], 0.0)[0]
-    row[rod_motion.FACTOR] = factor
+    row[rod_motion.FACTORS :] = factor
     rest, rod = np.zeros_like(system.body.mass), system.body.rod
     size = np.linalg.norm(np.diff(state.x.reshape(-1, 3), axis=0), axis=1)
     system.space.expected[:] = rod.EA * (size / rod.l - 1.0)

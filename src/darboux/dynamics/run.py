@@ -30,11 +30,17 @@ class Run:
         raise NotImplementedError
 
     def release(self) -> None:
-        """Let go the ends whose time has come."""
-        T = self.body.rod.T
+        """Let go the ends whose time has come; the energy that goes with a support is its work."""
+        T, before = self.body.rod.T, self._energy()
         self.body = self.system.body = self.system.body_at(self.t)
         self.body.rod.T[:] = T
         self.A[:] = 0.0
+        self.tally[rod_motion.OF_SUPPORTS] += self._energy() - before
+
+    def _energy(self) -> float:
+        """Return the energy of the rod and its supports, without the loads'."""
+        measured = self.measures()
+        return float(np.sum(measured[:4]) + measured[11])
 
     def failure(self) -> str:
         """Return where and when a step did not converge, and what to try."""
@@ -50,9 +56,9 @@ class Run:
         return 0.0
 
     def measures(self) -> Array:
-        """Return energies, momenta and the tally: (14,), dimensionless."""
-        result = np.empty(11)
-        rod_motion.measures(self.state, self.V, self.body, self.system.motion.factor(self.t), result)
+        """Return energies, momenta, the supports' energy and the tally: (15,), dimensionless."""
+        result = np.empty(12)
+        rod_motion.measures(self.state, self.V, self.body, self.system.factors_at(self.t), result)
         return np.concatenate([result, self.tally])
 
     def parts(self) -> tuple[Array, ...]:

@@ -6,13 +6,12 @@ import dataclasses
 import sys
 import time
 from contextlib import nullcontext
-from operator import attrgetter
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks
+from darboux import checks, files
 from darboux.checks import checked_call
 from darboux.dynamics.implicit_midpoint import ImplicitMidpoint
 from darboux.dynamics.run import Run
@@ -26,6 +25,9 @@ Array = NDArray[np.float64]
 
 SAME = 1e-9  # of the duration: two times are one
 RECORDS = 200
+RECORDED = ("positions", "velocities", "directors", "spins", "momentum", "angular_momentum")
+ENERGIES = tuple(field.name for field in dataclasses.fields(MotionEnergy))
+BLOCK = 64  # records that are copied at a time
 SLOW = 2.0  # s of wall time after which a progress bar appears on a terminal
 
 
@@ -47,6 +49,7 @@ def simulate(
     records: int | None = None,
     drift: float = 0.01,
     start_from: Trajectory | None = None,
+    out: Any = None,
     throw: bool = True,
     progress: bool | None = None,
 ) -> Trajectory:
@@ -56,6 +59,8 @@ def simulate(
     ``StormerVerlet()``; ``records`` the number of equal intervals of time between which the rod is recorded (None: 200); ``drift``
     of the energy balance, relative, above which the status says so; ``start_from`` a ``Trajectory`` of the same motion,
     which may have been shorter, and method, that is continued after its last record as if it had never stopped;
+    ``out`` a file into which every record is written at once, so that memory does not grow (NetCDF, as ``trajectory.save``
+    writes it; NAME.part until the run ends, which ``darboux.open`` reads too);
     ``throw`` whether a run that breaks off raises; ``progress`` whether a bar is shown (None: on a terminal, after two seconds).
     Returns a ``Trajectory``; Ctrl-C ends the run, with what was reached and the status "stopped". Raises ``InvalidInput``
     where the motion can't be stated, and ``NotConverged``, whose ``solution`` is the trajectory so far, unless ``throw``
@@ -76,33 +81,39 @@ def simulate(
         raise InvalidInput(refusal)
     system = System(motion, method.segments, spread=method.spread)
     run: Run = method.begin(system)
+    if start_from is not None:
+        run.resume(start_from.checkpoint)
     times = np.linspace(0.0, motion.duration, records + 1)
     for event in motion.events:  # one and the same time, not two a rounding apart
         times[np.abs(times - event) < SAME * motion.duration] = event
-    recorder = _Recorder(system, records, start_from)
+    times = times[times > run.t + SAME * motion.duration]
+    recorder = _Recorder(run, method, records, len(times) + (start_from is None), start_from, out)
     if start_from is None:
-        recorder.take(run)
-    else:
-        run.resume(start_from.checkpoint)
-        recorder.checkpoint = start_from.checkpoint
+        recorder.take()
     status = Status("converged", "The motion was followed to its end.")
     began = time.perf_counter()
     with _bar(progress) as bar, np.errstate(all="ignore"):
         task = bar.add_task("motion", total=motion.duration, completed=run.t, visible=bool(progress)) if bar else None
         try:
-            for t in times[times > run.t + SAME * motion.duration]:
+            for t in times:
                 failure = _to(run, float(t))
                 if failure:
                     status = Status("no_convergence", failure)
                     break
-                recorder.take(run)
+                recorder.take()
                 if bar and task is not None:
                     bar.update(task, completed=float(t), visible=bool(progress) or time.perf_counter() - began > SLOW)
         except KeyboardInterrupt:
             status = Status(
                 "stopped", f"The run was stopped at t = {run.t:.6g} s of {motion.duration:g} s; it can be continued."
             )
-    trajectory = recorder.trajectory(method, status, run, drift, time.perf_counter() - began)
+        except OSError as error:
+            status = Status(
+                "stopped",
+                f"{out} can't be written ({files.reason(error)}); what was recorded before t = {run.t:.6g} s is kept. Make "
+                "room, and go on with start_from.",
+            )
+    trajectory = recorder.trajectory(status, drift, time.perf_counter() - began)
     return trajectory.check() if throw else trajectory
 
 
@@ -141,68 +152,97 @@ def _bar(progress: bool | None) -> Any:
 
 
 class _Recorder:
-    """Keeps what a run went through, in SI units, after what was recorded ``before``."""
+    """Keeps what a run goes through, in SI units, in memory or on the disk, after what was recorded ``before``."""
 
-    def __init__(self, system: System, records: int, before: Trajectory | None) -> None:
-        self.system, self.records, self.before, self.n = system, records, before, 0
+    def __init__(self, run: Run, method: Any, records: int, times: int, before: Trajectory | None, out: Any) -> None:
+        self.run, self.system, self.method, self.records, self.before = run, run.system, method, records, before
+        self.load, self.n = None if before is None else before.energy.load[0], 0
         self.checkpoint = np.zeros(0)
-        N = system.segments
-        self.times = np.zeros(records + 1)
-        self.x, self.v = np.zeros((records + 1, N + 1, 3)), np.zeros((records + 1, N + 1, 3))
-        self.d1, self.spin = np.zeros((records + 1, N, 3)), np.zeros((records + 1, N))
-        self.measured = np.zeros((records + 1, 14))
+        kept = {} if before is None else _parts(before)
+        first = kept or self._row()
+        total = times + (0 if before is None else len(before.times))
+        self.stream: Any = None
+        self.arrays: dict[str, Array] = {}
+        if out is None:
+            self.arrays = {name: np.zeros((total, *part.shape[1:])) for name, part in first.items()}
+        else:
+            from darboux.stream import Stream
 
-    def take(self, run: Run) -> None:
-        """Record the run's present state."""
-        i, N, units = self.n, self.system.segments, self.system.units
-        self.times[i] = run.t
-        self.x[i] = run.state.x.reshape(-1, 3) * units.length + units.origin
+            s, size = self.system.nodes * self.system.units.length, run.checkpoint().size
+            self.stream = Stream(out, self.system.motion, method, s, total, size, self._statistics(0.0))
+        if before is not None:
+            for i in range(0, len(before.times), BLOCK):
+                self._keep({name: part[i : i + BLOCK] for name, part in kept.items()}, before.checkpoint)
+
+    def _row(self) -> dict[str, Array]:
+        """Return the present state as a record, each array with one row."""
+        run, N, units = self.run, self.system.segments, self.system.units
         packed = np.append(run.V, 0.0).reshape(N + 1, 4)
-        self.v[i], self.spin[i] = packed[:, :3] * (units.length / units.time), packed[:-1, 3] / units.time
-        self.d1[i] = run.state.d1.reshape(-1, 3)[1:-1]
-        self.measured[i] = run.measures()
-        self.checkpoint, self.n = run.checkpoint(), i + 1  # at once, should the user stop it here
+        measured = run.measures()
+        kinetic, bending, twist, stretch, load = measured[:5] * units.energy
+        supports, dissipated, of_loads, of_supports = measured[11:] * units.energy
+        self.load = load if self.load is None else self.load
+        work = of_supports + of_loads + (load - self.load)
+        momentum = measured[5:8] * (units.mass * units.length / units.time)
+        angular = measured[8:11] * (units.mass * units.length**2 / units.time)
+        energies = (kinetic, bending, twist, stretch, supports, load, dissipated, work)
+        row = {
+            "time": run.t,
+            "positions": run.state.x.reshape(-1, 3) * units.length + units.origin,
+            "velocities": packed[:, :3] * (units.length / units.time),
+            "directors": run.state.d1.reshape(-1, 3)[1:-1],
+            "spins": packed[:-1, 3] / units.time,
+            "momentum": momentum,
+            "angular_momentum": angular + np.cross(units.origin, momentum),
+            **dict(zip(ENERGIES, energies, strict=True)),
+        }
+        return {name: np.asarray(part, dtype=float)[None] for name, part in row.items()}
 
-    def trajectory(self, method: Any, status: Status, run: Run, drift: float, seconds: float) -> Trajectory:
+    def take(self) -> None:
+        """Record the run's present state; raises ``OSError`` where the disk is full."""
+        self._keep(self._row(), self.run.checkpoint())  # at once, should the user stop it here
+
+    def _keep(self, rows: dict[str, Array], checkpoint: Array) -> None:
+        n = self.n + len(rows["time"])
+        if self.stream is not None:
+            self.stream.write(self.n, rows, checkpoint)
+        for name, part in self.arrays.items():
+            part[self.n : n] = rows[name]
+        self.checkpoint, self.n = checkpoint, n
+
+    def _statistics(self, seconds: float) -> dict[str, Any]:
+        counts = {"steps": self.run.steps, "newton_iterations": self.run.iterations, "halvings": self.run.halvings}
+        return {"seconds": seconds, "records": self.records, **counts}
+
+    def trajectory(self, status: Status, drift: float, seconds: float) -> Trajectory:
         """Return what was recorded, with the status that the energy allows."""
-        units, n = self.system.units, self.n
-        kinetic, bending, twist, stretch, load = self.measured[:n, :5].T * units.energy
-        dissipated, of_loads, of_supports = self.measured[:n, 11:].T * units.energy
-        work = of_supports + of_loads + (load - (load[:1] if self.before is None else self.before.energy.load[0]))
-        energies = (kinetic, bending, twist, stretch, load, dissipated, work)
-        names = [field.name for field in dataclasses.fields(MotionEnergy)]
-        energy = MotionEnergy(*(self._whole(f"energy.{name}", new) for name, new in zip(names, energies, strict=True)))
+        n, statistics = self.n, self._statistics(seconds)
+        arrays = self.arrays if self.stream is None else self.stream.energies()
+        energy = MotionEnergy(**{name: arrays[name][:n] for name in ENERGIES})
         if status.converged and not energy.drift <= drift:
             status = Status(
                 "drift",
                 f"The motion was followed to its end, but its energy drifts by {energy.drift:.2g} of what there is "
                 f"(simulate.drift = {drift:g}); take smaller steps.",
             )
-        momentum = self.measured[:n, 5:8] * (units.mass * units.length / units.time)
-        angular = self.measured[:n, 8:11] * (units.mass * units.length**2 / units.time)
+        if self.stream is not None:
+            arrays = self.stream.finish(status, statistics)
+            n = len(arrays["time"])
+        parts = {name: arrays[name][:n] for name in RECORDED}
         return Trajectory(
             self.system.motion,
-            method,
+            self.method,
             status,
-            self.system.nodes * units.length,
-            self._whole("times", self.times[:n]),
-            self._whole("positions", self.x[:n]),
-            self._whole("velocities", self.v[:n]),
-            self._whole("directors", self.d1[:n]),
-            self._whole("spins", self.spin[:n]),
-            energy,
-            self._whole("momentum", momentum),
-            self._whole("angular_momentum", angular + np.cross(units.origin, momentum)),
-            self.checkpoint,
-            {
-                "seconds": seconds,
-                "records": self.records,
-                "steps": run.steps,
-                "newton_iterations": run.iterations,
-                "halvings": run.halvings,
-            },
+            self.system.nodes * self.system.units.length,
+            arrays["time"][:n],
+            energy=energy,
+            checkpoint=self.checkpoint,
+            statistics=statistics,
+            **parts,
         )
 
-    def _whole(self, name: str, new: Array) -> Array:
-        """Return the new records of a quantity after the old ones."""
-        return new.copy() if self.before is None else np.concatenate([attrgetter(name)(self.before), new])
+
+def _parts(before: Trajectory) -> dict[str, Array]:
+    """Return all records of a trajectory, by name."""
+    own = {"time": before.times, **{name: getattr(before, name) for name in RECORDED}}
+    return own | {name: getattr(before.energy, name) for name in ENERGIES}

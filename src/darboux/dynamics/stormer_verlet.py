@@ -88,7 +88,7 @@ class _Explicit(Run):
             rows = 1 if system.motion.steady else steps
             drive = system.drive([start + h * (first + k + 1) for k in range(rows)], h)
             done = rod_motion.verlet_steps(
-                self.state, self.V, self.A, h / system.units.time, steps, drive.ravel(), self.body, system.space, self.now,
+                self.state, self.V, self.A, h / system.units.time, steps, drive, self.body, system.space, self.now,
                 self.tally,
             )  # fmt: skip
             self.steps += done if done >= 0 else -1 - done

@@ -9,18 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames, profile
+from darboux.dynamics import holding
+from darboux.dynamics.acting import FREE, HELD, TURNING, acting, means, six, symmetric
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
 from darboux.kernels.band import LOWER
-from darboux.kernels.discrete_rod import Elasticity, Loads, State
-from darboux.kernels.rod_equations import BINV, DEAD_FORCE, DEAD_MOMENT, FORCE_GRADIENT, K0, SINV
-from darboux.kernels.rod_motion import Body, Space
-from darboux.loads import Rotation
+from darboux.kernels.discrete_rod import Elasticity, State
+from darboux.kernels.rod_equations import BINV, K0, SINV
+from darboux.kernels.rod_motion import FACTORS, Body, Space, Turning
+from darboux.loads import Load, Rotation
 from darboux.motion import KelvinVoigt, LinearDrag, MassDamping, Motion, QuadraticDrag
-from darboux.problem import Equilibrium
+from darboux.natural import smallest_rotation
+from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution
 from darboux.statics import coefficients
-from darboux.statics.coefficients import PAIRS, Scale
+from darboux.statics.coefficients import Scale
+from darboux.statics.discrete_chain import nodes_along
+from darboux.statics.discrete_ends import End
+from darboux.statics.laying import laid
 from darboux.statics.solve import solve
 
 Array = NDArray[np.float64]
@@ -55,9 +61,10 @@ class System:
         L, EI = problem.rod.length, self.scale.moment * problem.rod.length
         mass = float(np.mean(problem.rod.mass(np.linspace(0.0, L, 17), "Motion")))
         self.units = Units(L, L**2 * np.sqrt(mass / EI), mass * L, EI / L, self.scale.origin)
-        self.nodes = np.linspace(0.0, 1.0, segments + 1)
-        self.l = np.full(segments, 1.0 / segments)
+        self.nodes = nodes_along(segments, 1.0, False, False, [s / L for s in problem.stations])
+        self.l = np.diff(self.nodes)
         self.inextensible = not problem.rod.stretch
+        self.groups = _groups(motion)
         self._discretise(problem)
         self.body = self.body_at(0.0)
         self.space = new_space(segments)
@@ -74,25 +81,18 @@ class System:
         def columns(s: Array) -> Array:
             return coefficients.columns(problem, scale, s)
 
-        at_vertices, on_edges = _means(columns, cells), _means(columns, x)
+        at_vertices, on_edges = means(columns, cells), means(columns, x)
         B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
         self.B = six(B)
         self.kappa0 = at_vertices[:, K0 : K0 + 3] * self.V[:, None]
         self.EA = np.ones(self.segments) if self.inextensible else 1.0 / on_edges[:, SINV + 2]
-        self.f = at_vertices[:, DEAD_FORCE : DEAD_FORCE + 3] * self.V[:, None]
-        self.C = six(at_vertices[:, FORCE_GRADIENT : FORCE_GRADIENT + 9].reshape(-1, 3, 3)) * self.V[:, None]
-        self.couples = on_edges[:, DEAD_MOMENT : DEAD_MOMENT + 3] * self.l[:, None]
-        for at, i in (("start", 0), ("end", -1)):
-            load = problem.end_load(at)
-            self.f[i] += load.force / scale.force
-            self.couples[i] += load.moment / scale.moment
+        spins = [np.array(load.omega) for load in problem.loads if isinstance(load, Rotation)]
+        self.frame_spin = spins[0] * units.time if spins else np.zeros(3)
         per_length = units.mass / units.length
-        mass = (
-            _means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], cells)[:, 0] / per_length * self.V
-        )
-        edges = _means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], x)[:, 0] / per_length * self.l
+        mass = means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], cells)[:, 0] / per_length * self.V
+        edges = means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], x)[:, 0] / per_length * self.l
         self.sixth = edges / 6.0 if self.spread else np.zeros(self.segments)
-        J = _means(lambda s: self._rotary(s * units.length)[:, None], x)[:, 0] / (per_length * units.length**2) * self.l
+        J = means(lambda s: self._rotary(s * units.length)[:, None], x)[:, 0] / (per_length * units.length**2) * self.l
         self.mass = np.append(np.repeat(mass[:-1, None], 4, axis=1), np.full((1, 4), mass[-1]), axis=0)
         self.mass[:-1, 3] = J
         self.mass = self.mass.ravel()[:-1].copy()
@@ -126,19 +126,23 @@ class System:
 
     def body_at(self, t: float) -> Body:
         """Return what holds just after the time t in s: a released end is free."""
-        N = self.segments
-        held = [self.motion.held(at, t) for at in ENDS]
-        clamped = [h and getattr(self.motion.problem, at).clamps for h, at in zip(held, ENDS, strict=True)]
+        N, problem = self.segments, self.motion.problem
+        start, end = (self.motion.held(at, t) for at in ENDS)
+        supports = holding.supports_at(problem, (start, end), self.nodes)
+        kinds = [holding.kind_of(support) for _, support in supports[:2]]
         fixed = np.zeros(4 * N + 3, dtype=bool)
-        fixed[:3], fixed[-3:] = held
-        viscous = self.B * self.times[[0, 0, 1, 0, 0, 0]]
+        fixed[:3], fixed[-3:] = (holding.moves_with(i, N, support) for i, support in supports[:2])
+        loads = [part for _, _, part in self.groups]
+        acts = acting(problem, loads, self.nodes, self.scale, self.B, self.kappa0, kinds)
+        ghosts = holding.ghosts(supports, self.scale)
         rod = Elasticity(
             self.B.ravel(), self.kappa0.ravel(), self.l, self.EA, np.zeros(N),
-            0 if clamped[0] else 1, N + 1 if clamped[1] else N,
+            1 if kinds[0] == FREE else 0, N if kinds[1] == FREE else N + 1,
         )  # fmt: skip
         return Body(
-            rod, Loads(self.f.ravel(), self.C.ravel()), self.couples.ravel(), self.mass, self.sixth, self.slowness,
-            viscous.ravel(), self.EA * self.times[2], self.drag, fixed, self.inextensible,
+            rod, acts.loads, acts.couples, acts.carried, holding.holds(supports, self.scale, N),
+            Turning(*ghosts, acts.moments, acts.section_moments), self.frame_spin, self.mass, self.sixth, self.slowness,
+            (self.B * self.times[[0, 0, 1, 0, 0, 0]]).ravel(), self.EA * self.times[2], self.drag, fixed, self.inextensible,
         )  # fmt: skip
 
     # -- the start -----------------------------------------------------------------------------------------------
@@ -154,22 +158,29 @@ class System:
         else:
             state = self._laid(initial)
         self._check_place(state)
+        rod_motion.turn_ghosts(state, self.body, self.factors_at(0.0), self.space)
         return state, self._velocities(state)
 
     def _unloaded(self) -> State:
         """Return the natural shape, laid at the support that holds it."""
         problem, N = self.motion.problem, self.segments
-        support, held = (problem.start, 0) if problem.start.holds else (problem.end, N + 1)
         rest = self.kappa0.copy()
         for at, vertex in (("start", 0), ("end", N)):
-            if not getattr(problem, at).clamps:
+            if holding.kind_of(getattr(problem, at)) == FREE:
                 rest[vertex] = 0.0
         q = np.empty((N + 2, 4))
         discrete_rod.chain_frames(rest.ravel(), q.ravel())
         R = frames.matrix_of_quaternion(q)
-        R = support.R @ R[held].T @ R
         x = np.concatenate([np.zeros((1, 3)), np.cumsum(self.l[:, None] * R[1:-1, :, 2], axis=0)])
-        return self._state(x if held == 0 else x - x[-1], R[1:-1, :, 0], rest[:, 2])
+        support, place, orientation = laid(problem)
+        i = int(np.argmin(np.abs(self.nodes - place)))
+        if orientation.shape == (3, 3):
+            turn = orientation @ R[{0: 0, N: N + 1}.get(i, i)].T
+        else:
+            turn = smallest_rotation((x[-1] - x[0]) / np.linalg.norm(x[-1] - x[0]), orientation)
+        R = turn @ R
+        x = (x - x[i]) @ turn.T + (np.array(support.position) - self.units.origin) / self.units.length
+        return self._state(x, R[1:-1, :, 0], rest[:, 2])
 
     def _of_directions(self, r: Array, stretch: Array) -> Array:
         """Return vertices (N + 1, 3) whose edges point along those of r (N + 1, 3) and have their proper lengths."""
@@ -188,9 +199,10 @@ class System:
         L, middle = self.units.length, 0.5 * (self.nodes[:-1] + self.nodes[1:])
         r = (solution.r(self.nodes * L) - self.units.origin) / L
         state = self._state(self._of_directions(r, solution.v(middle * L)[:, 2]), solution.R(middle * L)[:, :, 0], None)
-        if self.inextensible or beyond(solution.problem):
+        motion = Motion(solution.problem, 1.0, rotary_inertia=self.motion.rotary_inertia)
+        if self.inextensible or refuses(motion):
             return state
-        other = System(Motion(solution.problem, 1.0), self.segments)
+        other = System(motion, self.segments)
         now, V = new_state(self.segments), np.zeros(4 * self.segments + 3)
         row = other.drive([0.0], 0.0)[0]
         row[rod_motion.VELOCITY : rod_motion.VELOCITY + 6] = 0.0
@@ -236,7 +248,7 @@ class System:
         t /= np.linalg.norm(t, axis=1)[:, None]
         d1 = d1 - np.einsum("ni,ni->n", d1, t)[:, None] * t
         d1 /= np.linalg.norm(d1, axis=1)[:, None]
-        R = [self.motion.frame(at, 0.0) for at in ENDS]
+        R = [self._frame_at(at, x, t, d1) for at in ENDS]
         tangents = np.concatenate([R[0][None, :, 2], t, R[1][None, :, 2]])
         directors = np.concatenate([R[0][None, :, 0], d1, R[1][None, :, 0]])
         twists = np.zeros(N + 1) if m is None else m.copy()
@@ -244,6 +256,14 @@ class System:
         rod = self.body_at(-1.0).rod
         discrete_rod.strains(state, rod.first, rod.stop, np.empty(3 * N + 3))
         return state
+
+    def _frame_at(self, at: str, x: Array, t: Array, d1: Array) -> Array:
+        """Return the frame of an end at t = 0: the support's, or one that it allows next to the edge's."""
+        i = 0 if at == "start" else -1
+        if holding.kind_of(getattr(self.motion.problem, at)) != TURNING:
+            return self.motion.frame(at, 0.0)
+        end = End(self.motion.problem, at, self.scale, 1.0, 4 * self.segments + 3)
+        return end.held_frame(np.column_stack([d1[i], np.cross(t[i], d1[i]), t[i]]))
 
     def _check_place(self, state: State) -> None:
         x, t = state.x.reshape(-1, 3), state.t.reshape(-1, 3)
@@ -253,15 +273,17 @@ class System:
                 "motion: the rod does not stretch and is held at both ends, but its segments can't have their lengths between "
                 "them in this initial shape; set stretch=True."
             )
-        for at, vertex, edge, ghost in (("start", 0, 1, 0), ("end", -1, -2, -1)):
-            if not self.motion.held(at, 0.0):
-                continue
-            place = (self.motion.position(at, 0.0) - self.units.origin) / self.units.length
-            gap = float(np.linalg.norm(x[vertex] - place))
-            support = getattr(self.motion.problem, at)
-            if gap > GAP or (support.clamps and t[edge] @ t[ghost] < 0.0):
+        held = self.motion.held("start", 0.0), self.motion.held("end", 0.0)
+        for k, (i, support) in enumerate(holding.supports_at(self.motion.problem, held, self.nodes)):
+            where = f"s = {self.nodes[i] * self.units.length:g} m" if k > 1 else f"its {ENDS[k]}"
+            place = self.motion.position(ENDS[k], 0.0) if k < 2 else np.array(support.position)
+            axes = support.displacement_axes[:, list(support.held_displacement)]
+            gap = float(np.linalg.norm(axes.T @ (x[i] - (place - self.units.origin) / self.units.length)))
+            edge, ghost = ((1, 0), (-2, -1))[min(k, 1)]
+            away = k < 2 and holding.kind_of(support) == HELD and t[edge] @ t[ghost] < 0.0
+            if gap > GAP or away:
                 raise InvalidInput(
-                    f"the rod begins {gap * self.units.length:.3g} m off the support at its {at}, or turned away from it; lay it "
+                    f"the rod begins {gap * self.units.length:.3g} m off the support at {where}, or turned away from it; lay it "
                     "there: initial=solve(problem), or a function of s."
                 )
 
@@ -273,8 +295,10 @@ class System:
         middle = 0.5 * (self.nodes[:-1] + self.nodes[1:])
         V[:-1, 3] = profile.scalar("motion.spin", self.motion.spin, "rad/s", "any")(middle * L) * self.units.time
         for at, vertex in (("start", 0), ("end", N)):
-            if self.motion.held(at, 0.0):
+            if self.body.fixed[4 * vertex]:
                 V[vertex, :3] = self._support_velocity(at, 0.0, 1e-4 * self.motion.duration)
+        for vertex, axis in zip(self.body.holds.slides, self.body.holds.directions.reshape(-1, 3), strict=True):
+            V[vertex, :3] -= (axis @ V[vertex, :3]) * axis
         if self.inextensible:
             t = state.t.reshape(-1, 3)[1:-1]
             rate = np.abs(np.einsum("ni,ni->n", np.diff(V[:, :3], axis=0), t)) / self.l
@@ -287,6 +311,12 @@ class System:
 
     # -- in time -------------------------------------------------------------------------------------------------
 
+    def factors_at(self, t: float) -> Array:
+        """Return a row of a drive that holds nothing but the factors of the groups of loads at the time t in s."""
+        row = np.zeros(FACTORS + len(self.groups))
+        row[FACTORS:] = [self.motion.factor(t, load) for _, load, _ in self.groups]
+        return row
+
     def _support_velocity(self, at: str, t: float, h: float) -> Array:
         """Return the dimensionless velocity of a support at t, by its own differences."""
         if getattr(self.motion, at) is None or h == 0.0:
@@ -297,10 +327,10 @@ class System:
 
     def drive(self, times: Any, h: float) -> Array:
         """Return one row for each time in s, (n, ROW): loads, fluid and supports there; h in s scales differences."""
-        rows = np.zeros((len(times), rod_motion.ROW))
+        rows = np.zeros((len(times), FACTORS + len(self.groups)))
         motion, units = self.motion, self.units
         for row, t in zip(rows, times, strict=True):
-            row[rod_motion.FACTOR] = motion.factor(t)
+            row[FACTORS:] = self.factors_at(t)[FACTORS:]
             row[rod_motion.FLUID : rod_motion.FLUID + 3] = motion.fluid(t) * units.time / units.length
             for end, at in enumerate(ENDS):
                 R, o = motion.frame(at, t), 3 * end
@@ -342,34 +372,76 @@ class System:
 
 def refuses(motion: Motion) -> str | None:
     """Return why this motion can't be stated, in one sentence, or None."""
-    if any(isinstance(load, Rotation) for load in motion.problem.loads):
+    problem = motion.problem
+    if problem.rod.shear:
+        return "motion states rods that do not shear, but rod.shear is True; set shear=False."
+    if problem.rod.coupled:
+        return "motion states no section that couples bending or twist with stretch or shear, as this StiffnessMatrix does."
+    if isinstance(problem, Ring):
+        return "the rod is closed to a Ring; motion states rods with two ends."
+    for at in ENDS:
+        support = getattr(problem, at)
+        if support.twist != 0.0:
+            return f"problem.{at} has a twist; motion states it as a frame: {type(support).__name__}(frame=...)."
+        if support.sliding == "section" and any(support.held_displacement):
+            return f"problem.{at} is a groove that turns with the section; motion states sliding='fixed'."
+    for s, support in problem.between:
+        if holding.kind_of(support) != FREE or support.sliding == "section":
+            return (
+                f"the {type(support).__name__}() at s = {s:g} m turns with the section or holds it from turning; between the ends "
+                "motion states supports that hold displacements or tie them by springs."
+            )
+    if problem.of_shape:
         return (
-            "Rotation is the centrifugal force in a turning frame, to which Coriolis' force belongs in motion; turn the clamp "
-            "instead: start=Moving(frame=...)."
+            f"a {type(problem.of_shape[0]).__name__} is a Python function of the shape, which compiled steps can't ask; motion "
+            "states functions of s, and functions of t as load_factor."
         )
-    return beyond(motion.problem)
+    turning = [i for i, load in enumerate(problem.loads) if isinstance(load, Rotation)]
+    factors = motion.factors if len(motion.factors) == len(problem.loads) else motion.factors * len(problem.loads)
+    if len(turning) > 1:
+        return "two Rotation loads act, but all is seen in one turning frame; add their omega."
+    if turning and factors[turning[0]] not in (None, 1.0):
+        return "Rotation is the turning frame itself, whose speed can't change: its load_factor must be 1; turn the clamp instead."
+    return None
 
 
 def beyond(problem: Equilibrium) -> str | None:
-    """Return why the discrete rod here can't state a problem, or None."""
-    if problem.rod.shear:
-        return "motion states rods that do not shear, but rod.shear is True; set shear=False."
+    """Return why a problem has no natural vibrations here, or None."""
     for at in ENDS:
-        support, load = getattr(problem, at), problem.end_load(at)
+        support = getattr(problem, at)
         known = not support.holds or (
             all(support.held_displacement) and (support.clamps or not any(support.held_rotation))
         )
-        if not known or support.twist != 0.0 or support.linear is not None or support.rotational is not None:
-            return f"problem.{at} is {type(support).__name__}(); motion states Clamped() without twist, Pinned() and Free() ends."
-        if np.any(load.section_force) or np.any(load.section_moment):
-            return f"a load on the {at} turns with the section (follower=True); motion states dead loads on the ends."
+        if not known or support.linear is not None or support.rotational is not None or problem.between:
+            return (
+                f"natural_modes states Clamped(), Pinned() and Free() ends and no supports between them, but problem.{at} is "
+                f"{type(support).__name__}(); use solve(problem, DiscreteRod()).modes()."
+            )
+    if any(isinstance(load, Rotation) for load in problem.loads):
+        return "Rotation brings Coriolis' force, by which vibrations are no natural modes: simulate a small motion instead."
+    ends = [problem.end_load(at) for at in ENDS]
     loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
-    if np.any(loads.b) or np.any(loads.lb) or problem.of_shape or problem.points:
+    follow = [part for load in (*ends, *problem.points.values()) for part in (load.section_force, load.section_moment)]
+    if any(np.any(part) for part in (loads.b, loads.lb, *follow)):
         return (
-            "motion states dead loads along the rod and on its ends, but a load turns with the section, acts at a point or is a "
-            "function of the shape."
+            "a load turns with the section, by which vibrations are no natural modes: simulate a small motion instead."
         )
-    return None
+    return refuses(Motion(problem, 1.0, rotary_inertia=1.0))
+
+
+def _groups(motion: Motion) -> list[tuple[Any, int, list[Load]]]:
+    """Return the loads that share a factor of time: the factor, the number of the first load, the loads."""
+    loads = motion.problem.loads
+    if len(motion.factors) != len(loads):
+        return [(motion.factors[0], 0, list(loads))]
+    groups: list[tuple[Any, int, list[Load]]] = []
+    for i, (factor, load) in enumerate(zip(motion.factors, loads, strict=True)):
+        same = [part for other, _, part in groups if other is factor or (not callable(factor) and other == factor)]
+        if same:
+            same[0].append(load)
+        else:
+            groups.append((factor, i, [load]))
+    return groups
 
 
 def new_state(N: int) -> State:
@@ -383,7 +455,8 @@ def new_space(N: int) -> Space:
     work, lower = np.zeros(discrete_rod.WORK + 6), np.zeros(LOWER * n)
     base, step, residual = np.zeros(n), np.zeros(n), np.zeros(n)
     strains, tensions, reaction, power = np.zeros(3 * N + 3), np.zeros(N), np.zeros(12), np.zeros(2)
-    return Space(base, step, residual, lower, work, new_state(N), strains, tensions, reaction, power)
+    ghost = np.zeros(rod_motion.GHOST)
+    return Space(base, step, residual, lower, work, new_state(N), strains, tensions, reaction, power, ghost)
 
 
 def frames_along(t: Array) -> Array:
@@ -400,20 +473,3 @@ def rotation_vector(R: Array) -> Array:
     q = q * np.sign(q[0]) if q[0] != 0.0 else q
     sine = float(np.linalg.norm(q[1:]))
     return np.asarray(2.0 * q[1:] if sine < 1e-8 else 2.0 * np.arctan2(sine, q[0]) / sine * q[1:])
-
-
-def symmetric(numbers: Array) -> Array:
-    """Return (n, 3, 3) from the six numbers 11, 22, 33, 23, 13, 12."""
-    return numbers[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
-
-
-def six(matrix: Array) -> Array:
-    """Return the six numbers (n, 6) of symmetric matrices (n, 3, 3)."""
-    return np.stack([matrix[:, i, j] for i, j in PAIRS], axis=1)
-
-
-def _means(function: Callable[[Array], Array], nodes: Array) -> Array:
-    """Return the mean of a function (n,) -> (n, k) on each interval, by Gauss' rule of two points."""
-    middle, half = 0.5 * (nodes[:-1] + nodes[1:]), 0.5 * np.diff(nodes)
-    offset = half / np.sqrt(3.0)
-    return np.asarray(0.5 * (function(middle - offset) + function(middle + offset)))

@@ -9,7 +9,6 @@ from darboux import checks
 from darboux.checks import assign, description
 from darboux.dynamics.run import Run
 from darboux.dynamics.system import System, new_state
-from darboux.errors import InvalidInput
 from darboux.kernels import rod_motion
 
 Array = NDArray[np.float64]
@@ -28,7 +27,7 @@ class TRBDF2:
         q_g = q0 + g h / 2 (V0 + V_g),     q1 = q0 + (q_g - q0) / (g (2 - g)) + (1 - g) / (2 - g) h V1,     g = 2 - sqrt 2
 
     and likewise for M V. Fast waves that the step does not resolve are damped, which the balance of energy shows; for motion
-    without damping take ``ImplicitMidpoint``. Stretchable rods only.
+    without damping take ``ImplicitMidpoint``.
 
     Arguments: ``segments`` N >= 2; ``rtol`` the error of one step in positions over the length, and in angles (rad), by
     which the step adapts; ``step`` a constant step in s in its place. Sources: R. E. Bank et al., IEEE Trans.
@@ -57,10 +56,6 @@ class TRBDF2:
 
     def begin(self, system: System) -> Run:
         """Return a run at t = 0."""
-        if system.inextensible:
-            raise InvalidInput(
-                "TRBDF2 states rods that stretch, but rod.stretch is False; use ImplicitMidpoint(), or set stretch=True."
-            )
         return _Adaptive(system, self.rtol, self.step)
 
 
@@ -101,7 +96,7 @@ class _Adaptive(Run):
         """Return the three rows of a step; what never changes is found once."""
         if self._steady is None or not self.system.motion.steady:
             times = [self.t, self.t + rod_motion.GAMMA * h, self.t + h]
-            self._steady = self.system.drive(times, h).ravel()
+            self._steady = self.system.drive(times, h)
         return self._steady
 
     def advance(self, t: float) -> bool:
@@ -112,9 +107,9 @@ class _Adaptive(Run):
             left = t - self.t
             n = max(1, round(left / self.h + 0.5 - AGAIN)) if left < 3.0 * self.h else 3
             h = self._tried = left / n if left < 3.0 * self.h else self.h
-            A = self.A.copy()
+            A, drive = self.A.copy(), self._drive(h)
             done = rod_motion.tr_bdf2_step(
-                self.state, self.V, A, h / units.time, self._drive(h), self.body, self.system.space, self.middle,
+                self.state, self.V, A, h / units.time, drive, self.body, self.system.space, self.middle,
                 self.now, self.velocity, self.error, self.new_power, self.tolerance,
             )  # fmt: skip
             size = float(np.max(np.abs(self.error))) / self.rtol if done >= 0 else np.inf
@@ -126,6 +121,9 @@ class _Adaptive(Run):
                 if self.h < SHORTEST * motion.duration or (self.constant is not None and halvings > 10):
                     return False
                 continue
+            self.tally[rod_motion.OF_LOADS] += rod_motion.work_on_ghosts(
+                self.state, self.now, self.body, drive[0], drive[2]
+            )
             self._accept(t if n == 1 else self.t + h, h / units.time, A, done)
             halvings = 0
             if self.constant is None:

@@ -30,7 +30,19 @@ its energy changes by (O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449, in the strai
 
     mu -> mu + (E_1 - E_0 - mu.dk) / (dk.B dk) B dk                                                                 (4)
 
-An inextensible rod has a multiplier T in the place of (2), with eps_1 = 0, by an augmented Lagrangian.
+An inextensible rod has a multiplier T in the place of (2), with eps_1 = 0 (in other stages eps = 0), by an augmented
+Lagrangian.
+
+Loads come in groups g that share a factor of time lambda_g (t): each row of the drive ends with the factors. Loads *carried* by
+the section are forces and couples in an edge's frame. At the end of a rod, and where a couple makes the curvature jump,
+the section's frame is that of the edge turned a little, by its natural curvature and by the couple over the distance:
+
+    F = lambda R (p + a x p),     a = a_0 + C (d + R^T d_dead)                                                       (5)
+
+A support that leaves some of the end's rotations free, or ties them by a spring, has a ghost edge without inertia that
+stands in equilibrium: by its free rotations phi, E the energy of the spring of half a cell and of the support,
+
+    dE/dphi - moment = 0,     K = E_ee - E_e,phi (E_phi,phi)^-1 E_phi,e                                              (6)
 
 Source of TR-BDF2: R. E. Bank et al., IEEE Trans. Computer-Aided Design 4 (1985) 436; its error estimate: M. E. Hosea,
 L. F. Shampine, Appl. Numer. Math. 20 (1996) 21, eq. (14).
@@ -57,14 +69,18 @@ from darboux.kernels.algebra import (
     scaled,
     store,
     symmetric_times,
+    times,
     vector,
 )
 from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import (
+    AA,
+    AB,
     CHI,
     KAPPA1,
     KAPPA2,
     PHI,
+    ROW,
     TWIST,
     WORK,
     Elasticity,
@@ -90,11 +106,12 @@ from darboux.kernels.jit import inline, jit
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Places = NDArray[np.int64]
 
 # One row of a drive: what supports, loads and fluid do at one stage. Two numbers of three stand for the two ends.
-FACTOR, FLUID, POSITION, VELOCITY, TANGENT, DIRECTOR, SPIN = 0, 1, 4, 10, 16, 22, 28
-# And, for the midpoint rule, how the supports move at the end of the step.
-NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, ROW = 34, 40, 46, 52
+FLUID, POSITION, VELOCITY, TANGENT, DIRECTOR, SPIN = 0, 3, 9, 15, 21, 27
+# And, for the midpoint rule, how the supports move at the end of the step; then one factor for each group of loads.
+NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, FACTORS = 33, 39, 45, 51
 
 DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
 
@@ -106,16 +123,60 @@ STILL = 1e-10  # of the energy of a spring: below this its change is not correct
 LARGEST_SHARE = 0.5  # of B dk in the correction (4), which is left out where dk all but vanishes and c is huge
 PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2
 
+MOST_TURNS = 30  # of a ghost, until it stands in equilibrium
+TURNED = 1e-12  # rad
+# Room for a ghost: (3 x 3) by its rotation, free axes (3 of 3), by these (3 x 3), by them and the edge's own (4 x 3), gradient.
+MATRIX, AXES, FREE, MIXED, SLOPE, GHOST = 0, 9, 18, 27, 39, 42
+
 GAMMA = 2.0 - math.sqrt(2.0)
 ALONG, ACROSS = 0, 1  # linear drag; the quadratic one follows
+AXIS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Carried(NamedTuple):
+    """Loads in the section's frame, K of them, each on one vertex and one edge: eq. (5)."""
+
+    place: Places  # (2 K) edge (0 and N + 1 are ghosts, which take no couples), vertex
+    share: Array  # (K) of the load that this edge carries
+    turn: Array  # (3 K) a_0
+    compliance: Array  # (6 K) C
+    force: Array  # (G 3 K) p
+    couple: Array  # (G 3 K) d
+    dead: Array  # (G 3 K) d_dead, which other loads count
+
+
+class Holds(NamedTuple):
+    """What holds vertices along one direction, and what springs hold."""
+
+    slides: Places  # (S) vertices
+    directions: Array  # (3 S) unit vectors
+    level: Array  # (S) direction.x
+    anchors: Places  # (A) vertices
+    stiffness: Array  # (6 A)
+    place: Array  # (3 A) where a spring is at rest
+
+
+class Turning(NamedTuple):
+    """The ghosts at both ends that turn with the rod: eq. (6)."""
+
+    free: Places  # (2) how many rotations are free; 0: the ghost is held, or there is none
+    axes: Array  # (18) the first about fixed axes; the second of two turns with the section
+    frame: Array  # (18) the support's, columns d1, d2, d3 one after another
+    stiffness: Array  # (12) of the support's spring, where all three rotations are free
+    moment: Array  # (G 6) dead
+    section_moment: Array  # (G 6)
 
 
 class Body(NamedTuple):
     """All that does not change along the way."""
 
     rod: Elasticity
-    loads: Loads  # at the load factor 1
-    couples: Array  # (3 N) dead couples on the edges, at the load factor 1
+    loads: Loads  # (G 3 (N + 1)) and (G 6 (N + 1)), by groups
+    couples: Array  # (G 3 N) dead couples on the edges
+    carried: Carried
+    holds: Holds
+    turning: Turning
+    frame_spin: Array  # (3) angular velocity of the frame in which all is seen, for Coriolis' force
     mass: Array  # (4 N + 3) packed: masses of vertices, rotary inertia of edges about their tangent
     spread: (
         Array  # (N) a sixth of each edge's mass, by which the kinetic energy of |e'| is too large; 0: mass in vertices
@@ -141,6 +202,7 @@ class Space(NamedTuple):
     expected: Array  # (N) tension of the edges by which Newton's matrix is made: what the last iteration expects
     reaction: Array  # (12) force and moment of the support at the start, then at the end
     power: Array  # (2) dissipated, of the loads
+    ghost: Array  # (GHOST) of a ghost that turns
 
 
 # Forces
@@ -186,7 +248,7 @@ def stretching(
     add_tension(e, tension / mean, j, residual)
     if hessian:
         s = expected[j - 1] / mean
-        stiff = (2.0 * EA if inextensible else EA) + viscous * rate
+        stiff = (2.0 * EA if inextensible and ends else EA) + viscous * rate
         add_tension_hessian(scaled(1.0 / size, e), s, stiff / l - s, j, lower)
         expected[j - 1] = tension  # `renew_tension` adds what the change on its way makes of it
     power: float = viscous * eps_rate * eps_rate * l
@@ -275,23 +337,41 @@ def spring(
 
 
 @inline
-def add_load(
-    x: Array, V: Array, f: Array, C: Array, factor: float, i: int, hessian: bool, residual: Array, lower: Array
+def add_diagonal(lower: Array, i: int, s: float, C: Array, o: int) -> None:
+    """H += s C by vertex i."""
+    column = LOWER * 4 * i
+    lower[column] += s * C[o]
+    lower[column + 1] += s * C[o + 5]
+    lower[column + 2] += s * C[o + 4]
+    lower[column + LOWER] += s * C[o + 1]
+    lower[column + LOWER + 1] += s * C[o + 3]
+    lower[column + 2 * LOWER] += s * C[o + 2]
+
+
+@inline
+def add_loads(
+    x: Array, V: Array, f: Array, C: Array, row: Array, i: int, hessian: bool, residual: Array, lower: Array
 ) -> float:
-    """Minus the force, factor (f + C x), on vertex i; returns its power."""
-    o = 6 * i
-    force = scaled(factor, plus(vector(f, 3 * i), symmetric_times(C, o, vector(x, 3 * i))))
+    """Minus the force, sum of lambda (f + C x), on vertex i; returns its power."""
+    force = (0.0, 0.0, 0.0)
+    for g in range(row.size - FACTORS):
+        o, factor = 6 * i + g * 2 * x.size, row[FACTORS + g]
+        part = plus(vector(f, 3 * i + g * x.size), symmetric_times(C, o, vector(x, 3 * i)))
+        force = mix(1.0, force, factor, part)
+        if hessian:
+            add_diagonal(lower, i, -factor, C, o)
     add(residual, 4 * i, scaled(-1.0, force))
-    if hessian:
-        column = LOWER * 4 * i
-        lower[column] -= factor * C[o]
-        lower[column + 1] -= factor * C[o + 5]
-        lower[column + 2] -= factor * C[o + 4]
-        lower[column + LOWER] -= factor * C[o + 1]
-        lower[column + LOWER + 1] -= factor * C[o + 3]
-        lower[column + 2 * LOWER] -= factor * C[o + 2]
     power: float = dot(force, vector(V, 4 * i))
     return power
+
+
+@inline
+def sum_of(groups: Array, o: int, size: int, row: Array) -> Vector:
+    """sum_g lambda_g of three numbers at o, where a group has `size` of them."""
+    total = (0.0, 0.0, 0.0)
+    for g in range(row.size - FACTORS):
+        total = mix(1.0, total, row[FACTORS + g], vector(groups, o + g * size))
+    return total
 
 
 @inline
@@ -301,6 +381,58 @@ def add_moment(residual: Array, j: int, t: Vector, r: float, W: Vector) -> None:
     add(residual, 4 * j - 4, scaled(-1.0, force))
     add(residual, 4 * j, force)
     residual[4 * j - 1] += dot(W, t)
+
+
+@inline
+def add_couple(x: Array, V: Array, t: Vector, j: int, couple: Vector, residual: Array) -> float:
+    """Minus a couple of the loads on edge j; returns its power."""
+    e = edge(x, j)
+    r = 1.0 / math.sqrt(dot(e, e))
+    add_moment(residual, j, t, r, scaled(-1.0, couple))
+    turning = scaled(r, cross(t, minus(vector(V, 4 * j), vector(V, 4 * j - 4))))
+    power: float = dot(couple, turning) + dot(couple, t) * V[4 * j - 1]
+    return power
+
+
+@jit
+def add_carried(now: State, V: Array, carried: Carried, row: Array, residual: Array) -> float:
+    """Minus the loads that turn with the section, eq. (5); returns their power."""
+    place, share, turns, compliance, forces, couples, dead = carried
+    x, t, d1, _ = now
+    power = 0.0
+    for k in range(share.size):
+        j, i = place[2 * k], place[2 * k + 1]
+        a3, a1 = vector(t, 3 * j), vector(d1, 3 * j)
+        a2 = cross(a3, a1)
+        p, d = sum_of(forces, 3 * k, turns.size, row), sum_of(couples, 3 * k, turns.size, row)
+        other = sum_of(dead, 3 * k, turns.size, row)
+        bending = plus(d, (dot(a1, other), dot(a2, other), dot(a3, other)))
+        turn = plus(vector(turns, 3 * k), symmetric_times(compliance, 6 * k, bending))
+        p, d = scaled(share[k], plus(p, cross(turn, p))), scaled(share[k], plus(d, cross(turn, d)))
+        force = plus(mix(p[0], a1, p[1], a2), scaled(p[2], a3))
+        add(residual, 4 * i, scaled(-1.0, force))
+        power += dot(force, vector(V, 4 * i))
+        if dot(d, d) > 0.0:
+            power += add_couple(x, V, a3, j, plus(mix(d[0], a1, d[1], a2), scaled(d[2], a3)), residual)
+    return power
+
+
+@jit
+def add_anchors(x: Array, holds: Holds, hessian: bool, residual: Array, lower: Array) -> None:
+    """K (x - place) of the springs that hold vertices."""
+    for k in range(holds.anchors.size):
+        i = holds.anchors[k]
+        u = minus(vector(x, 3 * i), vector(holds.place, 3 * k))
+        add(residual, 4 * i, symmetric_times(holds.stiffness, 6 * k, u))
+        if hessian:
+            add_diagonal(lower, i, 1.0, holds.stiffness, 6 * k)
+
+
+@inline
+def add_coriolis(V: Array, mass: Array, spin: Vector, residual: Array) -> None:
+    """2 m spin x v, which does no work; its derivative is skew, and left out of Newton's matrix."""
+    for i in range(V.size // 4 + 1):
+        add(residual, 4 * i, scaled(2.0 * mass[4 * i], cross(spin, vector(V, 4 * i))))
 
 
 @inline
@@ -341,13 +473,268 @@ def slow(V: Array, rate: float, slowness: float, mass: Array, hessian: bool, res
     return power
 
 
+# Ghosts that turn
+
+
+@inline
+def frame_of(state: State, j: int) -> tuple[Vector, Vector, Vector]:
+    """The directors of edge j."""
+    a3, a1 = vector(state.t, 3 * j), vector(state.d1, 3 * j)
+    return a1, cross(a3, a1), a3
+
+
+@inline
+def support_frame(turning: Turning, end: int) -> tuple[Vector, Vector, Vector]:
+    """The directors that a support has at no turn."""
+    o = 9 * end
+    return vector(turning.frame, o), vector(turning.frame, o + 3), vector(turning.frame, o + 6)
+
+
+@inline
+def turn_between(s: tuple[Vector, Vector, Vector], a: tuple[Vector, Vector, Vector]) -> Vector:
+    """The rotation vector theta from a frame S to a frame A: 2 sin |theta| = |sum s_i x a_i|."""
+    (s1, s2, s3), (a1, a2, a3) = s, a
+    axis = scaled(0.5, plus(cross(s1, a1), plus(cross(s2, a2), cross(s3, a3))))
+    sine, cosine = math.sqrt(dot(axis, axis)), 0.5 * (dot(s1, a1) + dot(s2, a2) + dot(s3, a3) - 1.0)
+    if sine < 1e-9:
+        return axis
+    return scaled(math.atan2(sine, cosine) / sine, axis)
+
+
+@inline
+def moment_of_turn(K: Array, o: int, theta: Vector) -> Vector:
+    """The derivative of theta.K theta / 2 by a small rotation: J^-T K theta, as in statics/discrete_ends.py."""
+    size, m = math.sqrt(dot(theta, theta)), symmetric_times(K, o, theta)
+    factor = 1.0 / 12.0 if size < 1e-3 else (1.0 - 0.5 * size / math.tan(0.5 * size)) / (size * size)
+    first = cross(theta, m)
+    moment: Vector = mix(1.0, m, 1.0, mix(0.5, first, factor, cross(theta, first)))
+    return moment
+
+
+@inline
+def of_spring(work: Array, p: int, q: int) -> float:
+    """Entry (p, q) of a spring's Hessian by edges, of which the upper triangle is kept."""
+    entry: float = work[AA + ROW * min(p, q) + max(p, q)]
+    return entry
+
+
+@inline
+def by_turn(work: Array, p: int, o: int, t: Vector) -> Vector:
+    """Row p of the Hessian by a small rotation of the ghost, whose edge t and angle are at o: de = phi x t, dtheta = phi.t."""
+    de = (of_spring(work, p, o), of_spring(work, p, o + 1), of_spring(work, p, o + 2))
+    row: Vector = mix(1.0, cross(t, de), of_spring(work, p, o + 3), t)
+    return row
+
+
+@inline
+def moment_on(turning: Turning, a: tuple[Vector, Vector, Vector], row: Array, end: int) -> Vector:
+    """The loads' moment on a ghost of the frame a."""
+    m = sum_of(turning.section_moment, 3 * end, 6, row)
+    dead = sum_of(turning.moment, 3 * end, 6, row)
+    moment: Vector = plus(dead, plus(mix(m[0], a[0], m[1], a[1]), scaled(m[2], a[2])))
+    return moment
+
+
+@jit
+def work_on_ghosts(old: State, new: State, body: Body, first: Array, last: Array) -> float:
+    """The work of the moments on ghosts that turn, in a step whose rows of the drive are `first` and `last`."""
+    work = 0.0
+    for end in range(2):
+        if body.turning.free[end] > 0:
+            j = end * (old.t.size // 3 - 1)
+            a, b = frame_of(old, j), frame_of(new, j)
+            mean = plus(moment_on(body.turning, a, first, end), moment_on(body.turning, b, last, end))
+            work += 0.5 * dot(mean, turn_between(a, b))
+    return work
+
+
+@inline
+def fill_ghost(now: State, turning: Turning, row: Array, end: int, work: Array, ghost: Array) -> None:
+    """Gradient and Hessian of eq. (6) by the free rotations of a ghost, from those of its spring."""
+    o, j = 4 * end, end * (now.t.size // 3 - 1)
+    t, a1 = vector(now.t, 3 * j), vector(now.d1, 3 * j)
+    a2, phi = cross(t, a1), vector(work, PHI + o)
+    theta = turn_between(support_frame(turning, end), (a1, a2, t))
+    slope = minus(mix(1.0, cross(t, phi), work[PHI + o + 3], t), moment_on(turning, (a1, a2, t), row, end))
+    slope = plus(slope, moment_of_turn(turning.stiffness, 6 * end, theta))
+    store(ghost, SLOPE, slope)
+    rows = (by_turn(work, o, o, t), by_turn(work, o + 1, o, t), by_turn(work, o + 2, o, t), by_turn(work, o + 3, o, t))
+    along = dot(phi, t)
+    for q in range(3):  # T^T H T + (phi t^T + t phi^T) / 2 - (phi.t) I + K
+        u = AXIS[q]
+        column = plus(cross(t, (rows[0][q], rows[1][q], rows[2][q])), scaled(rows[3][q], t))
+        column = plus(column, mix(0.5 * t[q], phi, 0.5 * phi[q], t))
+        column = plus(mix(1.0, column, -along, u), symmetric_times(turning.stiffness, 6 * end, u))
+        store(ghost, MATRIX + 3 * q, column)
+    for c in range(turning.free[end]):
+        axis = vector(turning.axes, 9 * end + 3 * c)
+        if turning.free[end] == 2 and c == 1:  # turned by A S^T
+            s = 9 * end
+            one, two = dot(vector(turning.frame, s), axis), dot(vector(turning.frame, s + 3), axis)
+            axis = plus(mix(one, a1, two, a2), scaled(dot(vector(turning.frame, s + 6), axis), t))
+        store(ghost, AXES + 3 * c, axis)
+    for c in range(turning.free[end]):
+        column = times(ghost, MATRIX, vector(ghost, AXES + 3 * c))
+        for d in range(turning.free[end]):
+            ghost[FREE + 3 * d + c] = dot(vector(ghost, AXES + 3 * d), column)
+
+
+@inline
+def solve_free(ghost: Array, n: int, b: Vector) -> Vector:
+    """FREE x = b for the first n of three numbers, by Cramer's rule."""
+    a, o = ghost, FREE
+    if n == 1:
+        return b[0] / a[o], 0.0, 0.0
+    if n == 2:
+        d = a[o] * a[o + 4] - a[o + 1] * a[o + 3]
+        return (a[o + 4] * b[0] - a[o + 1] * b[1]) / d, (a[o] * b[1] - a[o + 3] * b[0]) / d, 0.0
+    r0, r1, r2 = vector(a, o), vector(a, o + 3), vector(a, o + 6)
+    c0, c1, c2 = cross(r1, r2), cross(r2, r0), cross(r0, r1)
+    x: Vector = scaled(1.0 / dot(r0, c0), plus(mix(b[0], c0, b[1], c1), scaled(b[2], c2)))
+    return x
+
+
+@inline
+def turned(a: Vector, phi: Vector) -> Vector:
+    """exp([phi]_x) a"""
+    angle = math.sqrt(dot(phi, phi))
+    if angle == 0.0:
+        return a
+    n = scaled(1.0 / angle, phi)
+    s, c = math.sin(angle), math.cos(angle)
+    result: Vector = plus(mix(c, a, s, cross(n, a)), scaled((1.0 - c) * dot(n, a), n))
+    return result
+
+
+@inline
+def look_at(now: State, B: Array, kappa0: Array, i: int, end: int, hessian: bool, work: Array) -> None:
+    """Gradient, and Hessian where asked, of the spring between an end's edge and its ghost, whose length is one."""
+    x, t, d1, m = now
+    edges = x.size // 3 - 1
+    k = strain(t, d1, m, i)
+    mu = symmetric_times(B, 6 * i, minus(k, vector(kappa0, 3 * i)))
+    a, a1, ra = vector(t, 3 * i), vector(d1, 3 * i), 1.0 if end == 0 else 1.0 / length(x, i, edges)
+    b, b1, rb = vector(t, 3 * i + 3), vector(d1, 3 * i + 3), 1.0 if end == 1 else 1.0 / length(x, i + 1, edges)
+    strain_gradients(work, k, a, a1, ra, b, b1, rb)
+    spring_gradient(work, mu)
+    if hessian:
+        spring_hessian(work, B, 6 * i, k, mu, a, a1, ra, b, b1, rb)
+
+
+@jit
+def turn_ghost(
+    now: State, turning: Turning, B: Array, kappa0: Array, row: Array, end: int, work: Array, ghost: Array
+) -> None:
+    """Turn a ghost about its free axes until it stands in equilibrium."""
+    edges, n = now.x.size // 3 - 1, turning.free[end]
+    i, o = end * edges, 3 * end * (edges + 1)
+    last = np.inf
+    for _ in range(MOST_TURNS):
+        look_at(now, B, kappa0, i, end, True, work)
+        fill_ghost(now, turning, row, end, work, ghost)
+        slope = vector(ghost, SLOPE)
+        axes = vector(ghost, AXES), vector(ghost, AXES + 3), vector(ghost, AXES + 6)
+        x = solve_free(ghost, n, (-dot(axes[0], slope), -dot(axes[1], slope), -dot(axes[2], slope)))
+        phi = scaled(x[0], axes[0])
+        if n > 1:
+            phi = mix(1.0, phi, x[1], axes[1])
+        if n > 2:
+            phi = mix(1.0, phi, x[2], axes[2])
+        tangent = unit(turned(vector(now.t, o), phi))
+        store(now.t, o, tangent)
+        store(now.d1, o, unit(across(tangent, turned(vector(now.d1, o), phi))))
+        size = math.sqrt(dot(phi, phi))
+        if size <= TURNED or (size <= FLOOR and size > 0.5 * last) or not size < np.inf:
+            return
+        last = size
+
+
+@jit
+def turn_ghosts(now: State, body: Body, row: Array, space: Space) -> None:
+    """Turn the ghosts at both ends that are free to."""
+    for end in range(2):
+        if body.turning.free[end] > 0:
+            turn_ghost(now, body.turning, body.rod.B, body.rod.kappa0, row, end, space.work, space.ghost)
+
+
+@inline
+def keep_ghosts(state: State, kept: State) -> None:
+    """Copy the ghosts' frames."""
+    for o in (0, state.t.size - 3):
+        store(kept.t, o, vector(state.t, o))
+        store(kept.d1, o, vector(state.d1, o))
+
+
+@jit
+def turning_spring(
+    now: State, turning: Turning, B: Array, kappa0: Array, row: Array, i: int, hessian: bool, residual: Array,
+    lower: Array, work: Array, ghost: Array,
+) -> None:  # fmt: skip
+    """The spring between an end's edge and a ghost that turns, with the ghost eliminated: eq. (6)."""
+    edges = now.x.size // 3 - 1
+    end = 0 if i == 0 else 1
+    turn_ghost(now, turning, B, kappa0, row, end, work, ghost)
+    look_at(now, B, kappa0, i, end, hessian, work)
+    o, other = 4 * end, 4 - 4 * end
+    n, t = turning.free[end], vector(now.t, 3 * end * (edges + 1))
+    if hessian:
+        fill_ghost(now, turning, row, end, work, ghost)
+        for p in range(4):
+            mixed = by_turn(work, other + p, o, t)
+            for c in range(3):
+                ghost[MIXED + 3 * p + c] = dot(mixed, vector(ghost, AXES + 3 * c)) if c < n else 0.0
+        for p in range(4):
+            moved = solve_free(ghost, n, vector(ghost, MIXED + 3 * p))
+            for q in range(4):
+                work[AA + ROW * (other + p) + other + q] -= dot(moved, vector(ghost, MIXED + 3 * q))
+        for p in range(4):
+            for q in range(4):
+                work[AA + ROW * (o + p) + o + q] = 0.0
+                work[AB + ROW * p + q] = 0.0
+        add_spring_hessian(lower, work, i, edges)
+    for p in range(4):
+        work[PHI + o + p] = 0.0
+    add_spring_gradient(residual, work, i, edges)
+
+
+@inline
+def energy_of_supports(state: State, body: Body) -> float:
+    """Energy of the springs of the supports."""
+    x, holds, turning = state.x, body.holds, body.turning
+    total = 0.0
+    for k in range(holds.anchors.size):
+        u = minus(vector(x, 3 * holds.anchors[k]), vector(holds.place, 3 * k))
+        total += 0.5 * dot(u, symmetric_times(holds.stiffness, 6 * k, u))
+    for end in range(2):
+        if turning.free[end] == 3:
+            theta = turn_between(support_frame(turning, end), frame_of(state, end * (state.t.size // 3 - 1)))
+            total += 0.5 * dot(theta, symmetric_times(turning.stiffness, 6 * end, theta))
+    return total
+
+
 @jit
 def forces(
     old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
 ) -> None:
     """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
-    _, _, residual, lower, work, later, before, expected, reaction, power = space
-    rod, loads, couples, mass, _, slowness, viscous, viscous_stretch, drag, _, inextensible = body
+    _, _, residual, lower, work, later, before, expected, reaction, power, ghost = space
+    (
+        rod,
+        loads,
+        couples,
+        carried,
+        holds,
+        turning,
+        frame_spin,
+        mass,
+        _,
+        slowness,
+        viscous,
+        viscous_stretch,
+        drag,
+        _,
+        inextensible,
+    ) = body
     B, kappa0, l, EA, T, first, stop = rod
     f, C = loads
     x, t, d1, m = now
@@ -358,7 +745,7 @@ def forces(
     if hessian:
         lower[:] = 0.0
     stiffness = work[WORK:]
-    fluid, factor = vector(row, FLUID), row[FACTOR]
+    fluid, spin = vector(row, FLUID), vector(frame_spin, 0)
     dragged = drag[0] + drag[1] + drag[2] + drag[3] > 0.0
     lost = of_loads = 0.0
     for i in range(l.size + 1):
@@ -367,24 +754,27 @@ def forces(
                 x0, x, V, rate, l[i - 1], EA[i - 1], T[i - 1], viscous_stretch[i - 1], inextensible, i, ends, hessian,
                 residual, lower, expected,
             )  # fmt: skip
-            tangent, couple = vector(t, 3 * i), scaled(factor, vector(couples, 3 * i - 3))
+            tangent, couple = vector(t, 3 * i), sum_of(couples, 3 * i - 3, 3 * l.size, row)
             if dot(couple, couple) > 0.0:
-                r = 1.0 / length(x, i, l.size)
-                add_moment(residual, i, tangent, r, scaled(-1.0, couple))
-                turning = scaled(r, cross(tangent, minus(vector(V, 4 * i), vector(V, 4 * i - 4))))
-                of_loads += dot(couple, turning) + dot(couple, tangent) * V[4 * i - 1]
+                of_loads += add_couple(x, V, tangent, i, couple, residual)
             if dragged:
                 for o in (4 * i - 4, 4 * i):
                     half = 0.5 * l[i - 1]
                     taken, given = drag_on(vector(V, o), fluid, tangent, half, drag, rate, o, hessian, residual, lower)
                     lost += taken
                     of_loads += given
-        if first <= i < stop:
+        if (i == 0 and turning.free[0] > 0) or (i == l.size and turning.free[1] > 0):
+            turning_spring(now, turning, B, kappa0, row, i, hessian, residual, lower, work, ghost)
+        elif first <= i < stop:
             lost += spring(
                 x, t, d1, m, before, later_t, later_d, ends, V, rate, B, kappa0, viscous, row, i, hessian, residual,
                 lower, work, stiffness, reaction,
             )  # fmt: skip
-        of_loads += add_load(x, V, f, C, factor, i, hessian, residual, lower)
+        of_loads += add_loads(x, V, f, C, row, i, hessian, residual, lower)
+    of_loads += add_carried(now, V, carried, row, residual)
+    add_anchors(x, holds, hessian, residual, lower)
+    if dot(spin, spin) > 0.0:
+        add_coriolis(V, mass, spin, residual)
     if slowness > 0.0:
         lost += slow(V, rate, slowness, mass, hessian, residual, lower)
     power[0], power[1] = lost, of_loads
@@ -453,15 +843,59 @@ def hold(row: Array, body: Body, old: State, V: Array, step: Array) -> None:
         if body.fixed[last + p]:
             step[last + p] = row[POSITION + 3 + p] - old.x[3 * body.rod.l.size + p]
             V[last + p] = row[VELOCITY + 3 + p]
+    slides, directions, level, _, _, _ = body.holds
+    for k in range(slides.size):
+        i, a = slides[k], vector(directions, 3 * k)
+        add(step, 4 * i, scaled(level[k] - dot(a, vector(old.x, 3 * i)) - dot(a, vector(step, 4 * i)), a))
+        add(V, 4 * i, scaled(-dot(a, vector(V, 4 * i)), a))
 
 
 @inline
-def set_ghosts(row: Array, tangent: int, director: int, now: State) -> None:
-    """The clamps' frames, from the drive."""
-    last = now.t.size - 3
-    for p in range(3):
-        now.t[p], now.t[last + p] = row[tangent + p], row[tangent + 3 + p]
-        now.d1[p], now.d1[last + p] = row[director + p], row[director + 3 + p]
+def keep_from_sliding(holds: Holds, A: Array) -> None:
+    """A -> A - (a.A) a where a vertex is held along a."""
+    for k in range(holds.slides.size):
+        i, a = holds.slides[k], vector(holds.directions, 3 * k)
+        add(A, 4 * i, scaled(-dot(a, vector(A, 4 * i)), a))
+
+
+@jit
+def project(holds: Holds, lower: Array, residual: Array) -> None:
+    """H -> P H P + a a^T and g -> P g, P = I - a a^T, where a vertex is held along a.
+
+    The vertices two before and two behind are all that a vertex is tied to, so that the band stays.
+    """
+    n = residual.size
+    for k in range(holds.slides.size):
+        o, a = 4 * holds.slides[k], vector(holds.directions, 3 * k)
+        add(residual, o, scaled(-dot(a, vector(residual, o)), a))
+        for j in range(max(0, o - 8), o):
+            column = LOWER * j + o - j
+            add(lower, column, scaled(-dot(a, vector(lower, column)), a))
+        for j in range(o + 3, min(n, o + 11)):
+            c0, c1, c2 = LOWER * o + j - o, LOWER * (o + 1) + j - o - 1, LOWER * (o + 2) + j - o - 2
+            s = a[0] * lower[c0] + a[1] * lower[c1] + a[2] * lower[c2]
+            lower[c0] -= s * a[0]
+            lower[c1] -= s * a[1]
+            lower[c2] -= s * a[2]
+        c0, c1, c2 = LOWER * o, LOWER * (o + 1), LOWER * (o + 2)
+        r0 = (lower[c0], lower[c0 + 1], lower[c0 + 2])
+        r1 = (lower[c0 + 1], lower[c1], lower[c1 + 1])
+        r2 = (lower[c0 + 2], lower[c1 + 1], lower[c2])
+        Ha = (dot(r0, a), dot(r1, a), dot(r2, a))
+        s = dot(a, Ha) + 1.0  # P H P + a a^T = H - a (Ha)^T - (Ha) a^T + (a.Ha + 1) a a^T
+        for p in range(3):
+            for q in range(p, 3):
+                lower[LOWER * (o + p) + q - p] += s * a[p] * a[q] - a[p] * Ha[q] - Ha[p] * a[q]
+
+
+@inline
+def set_ghosts(row: Array, tangent: int, director: int, turning: Turning, now: State) -> None:
+    """The clamps' frames, from the drive; ghosts that turn stay as they are."""
+    for end in range(2):
+        if turning.free[end] == 0:
+            o = end * (now.t.size - 3)
+            for p in range(3):
+                now.t[o + p], now.d1[o + p] = row[tangent + 3 * end + p], row[director + 3 * end + p]
 
 
 @jit
@@ -471,7 +905,7 @@ def place(old: State, base: Array, tau: float, V: Array, row: Array, body: Body,
         step[k] = base[k] + tau * V[k]
     hold(row, body, old, V, step)
     advance(old, step, 1.0, now)
-    set_ghosts(row, TANGENT, DIRECTOR, now)
+    set_ghosts(row, TANGENT, DIRECTOR, body.turning, now)
     now.m[:] = old.m
 
 
@@ -493,7 +927,7 @@ def to_velocity(old: State, now: State, rate: float, change: Array, V: Array) ->
 
 
 @inline
-def renew_tension(now: State, change: Array, rate: float, body: Body, expected: Array) -> None:
+def renew_tension(now: State, change: Array, rate: float, body: Body, ends: bool, expected: Array) -> None:
     """What the change on its way makes of the tension, to first order; for an inextensible rod that is its multiplier.
 
     Newton's matrix takes the tension from here and not from the edges' lengths: a stiff edge that turns is far too long
@@ -502,7 +936,7 @@ def renew_tension(now: State, change: Array, rate: float, body: Body, expected: 
     for j in range(1, expected.size + 1):
         e = edge(now.x, j)
         de = minus(vector(change, 4 * j), vector(change, 4 * j - 4))
-        EA = body.rod.EA[j - 1] * (2.0 if body.inextensible else 1.0)
+        EA = body.rod.EA[j - 1] * (2.0 if body.inextensible and ends else 1.0)
         stiff = EA + rate * body.viscous_stretch[j - 1]
         expected[j - 1] += stiff * dot(unit(e), de) / body.rod.l[j - 1]
         if body.inextensible:
@@ -534,7 +968,7 @@ def stage(
 
     `tolerance` bounds Newton's last change, as a turn in rad; what is left is its square or a small part of it.
     """
-    base, step, residual, lower, _, later, before, expected, reaction, _ = space
+    base, step, residual, lower, _, later, before, expected, reaction, _, _ = space
     rate, n = 1.0 / tau, V.size
     last = np.inf
     if ends:
@@ -547,12 +981,13 @@ def stage(
             for p in range(now.x.size):
                 later.x[p] = 2.0 * now.x[p] - old.x[p]
             turn_frames(now, step, later)
-            set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, later)
+            set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, body.turning, later)
         forces(old, now, V, rate, body, row, ends, True, space)
         add_inertia(old, now, V, start, rate, body, ends, residual, lower)
         for p in range(3):
             reaction[p], reaction[6 + p] = residual[p], residual[n - 3 + p]
         band.fix(lower, residual, body.fixed)
+        project(body.holds, lower, residual)
         if band.factor(lower, n) < 0:
             return -1
         for k in range(n):
@@ -561,7 +996,7 @@ def stage(
         size = largest_turn(body.rod.l, residual)
         if not size < LARGEST_TURN or (iteration > PATIENCE and size > max(last, FLOOR)):
             return -1
-        renew_tension(now, residual, rate, body, expected)
+        renew_tension(now, residual, rate, body, ends, expected)
         to_velocity(old, now, rate, residual, V)
         if iteration > 1 and (size <= tolerance or (size <= FLOOR and size > 0.5 * last)):
             place(old, base, tau, V, row, body, step, now)
@@ -606,12 +1041,12 @@ def midpoint_steps(
     """
     base, step = space.base, space.step
     tau = 0.5 * h
-    rows = drive.size // ROW
+    rows = drive.shape[0]
     n = V.size
     iterations = 0
     base[:] = 0.0
     for k in range(steps):
-        row = drive[ROW * min(k, rows - 1) : ROW * min(k, rows - 1) + ROW]
+        row = drive[min(k, rows - 1)]
         for p in range(n):
             velocity[p] = V[p] + tau * pull[p]
         done = stage(state, V, tau, velocity, body, row, True, tolerance, space, now)
@@ -635,15 +1070,20 @@ def midpoint_steps(
         for p in range(state.x.size):  # x_1 = x_0 + h v, not 2 x - x_0: that would round
             state.x[p] += h * velocity[4 * (p // 3) + p % 3]
         turn_frames(now, step, state)
-        set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, state)
+        set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, body.turning, state)
+        keep_ghosts(state, space.later)
         state.m[:] = now.m
+        turn_ghosts(state, body, row, space)
+        tally[OF_LOADS] += work_on_ghosts(space.later, state, body, row, row)
         settle(state, body)
     return iterations
 
 
 @jit
 def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A: Array) -> None:
-    """V' = -M^-1 (G + J omega t'), 0 where a support holds."""
+    """V' = -M^-1 (G + J omega t'), 0 where a support holds; an inextensible rod's without its tension, which a stage makes up."""
+    if body.inextensible:
+        body.rod.EA[:] = 0.0
     forces(now, now, V, 0.0, body, row, False, False, space)
     edges = body.rod.l.size
     for j in range(1, edges + 1):
@@ -655,11 +1095,13 @@ def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A:
     if body.spread[0] == 0.0:
         for k in range(V.size):
             A[k] = 0.0 if body.fixed[k] else -space.residual[k] / body.mass[k]
+        keep_from_sliding(body.holds, A)
         return
     A[:] = space.residual
     space.lower[:] = 0.0
     add_inertia(now, now, V, V, 1.0, body, False, space.residual, space.lower)
     band.fix(space.lower, A, body.fixed)
+    project(body.holds, space.lower, A)
     band.factor(space.lower, V.size)
     band.solve(space.lower, V.size, A)
     for k in range(V.size):
@@ -675,24 +1117,28 @@ def verlet_steps(
 
     Returns the steps, or minus (1 + the steps that were made) where numbers run away.
     """
-    rows = drive.size // ROW
+    rows = drive.shape[0]
     space.base[:] = 0.0
     for k in range(steps):
-        row = drive[ROW * min(k, rows - 1) : ROW * min(k, rows - 1) + ROW]
+        row = drive[min(k, rows - 1)]
         for p in range(V.size):
             V[p] += 0.5 * h * A[p]
         place(state, space.base, h, V, row, body, space.step, now)
         settle(now, body)
+        if not largest_turn(body.rod.l, space.step) < LARGEST_TURN:
+            return -1 - k
+        for p in range(V.size):  # where the next velocities will be, for forces that depend on them
+            space.step[p] = A[p]
+            V[p] += 0.5 * h * A[p]
         for half in range(2):  # the powers at both ends of the step, by halves
             tally[DISSIPATED] += 0.5 * h * space.power[0]
             tally[OF_LOADS] += 0.5 * h * space.power[1]
             tally[OF_SUPPORTS] += 0.5 * h * power_of_supports(body, row, space.reaction)
             if half == 0:
                 accelerations(now, V, body, row, space, A)
+        tally[OF_LOADS] += work_on_ghosts(state, now, body, row, row)
         for p in range(V.size):
-            V[p] += 0.5 * h * A[p]
-        if not largest_turn(body.rod.l, space.step) < LARGEST_TURN:
-            return -1 - k
+            V[p] += 0.5 * h * (A[p] - space.step[p])
         state.x[:] = now.x
         state.t[:] = now.t
         state.d1[:] = now.d1
@@ -714,7 +1160,7 @@ def tr_bdf2_step(
     tau = 0.5 * GAMMA * h
     start = np.empty(n)
     V_middle = np.empty(n)
-    first, second = drive[ROW : 2 * ROW], drive[2 * ROW : 3 * ROW]
+    first, second = drive[1], drive[2]
     for k in range(n):
         space.base[k] = tau * V[k]
         start[k] = V[k] + tau * A[k]
@@ -732,6 +1178,7 @@ def tr_bdf2_step(
     if more < 0:
         return -1
     now.m[:] = middle.m
+    turn_ghosts(now, body, second, space)
     settle(now, body)
     c = 2.0 * h * (-3.0 * GAMMA * GAMMA + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA))
     for k in range(n):
@@ -745,16 +1192,17 @@ def tr_bdf2_step(
 
 
 @jit
-def measures(state: State, V: Array, body: Body, factor: float, result: Array) -> None:
-    """Kinetic energy, bending, twist, stretching, loads' potential; momentum; angular momentum about the origin: (11)."""
-    x = state.x
+def measures(state: State, V: Array, body: Body, row: Array, result: Array) -> None:
+    """Kinetic energy, bending, twist, stretching, loads' potential; momentum; angular momentum about the origin; supports: (12)."""
+    x, (f, C) = state.x, body.loads
     result[:] = 0.0
     for i in range(body.rod.l.size + 1):
         m, v = body.mass[4 * i], vector(V, 4 * i)
         result[0] += 0.5 * m * dot(v, v)
         add(result, 5, scaled(m, v))
         add(result, 8, scaled(m, cross(vector(x, 3 * i), v)))
-        result[4] += factor * load_energy(x, body.loads.f, body.loads.C, i)
+        for g in range(row.size - FACTORS):
+            result[4] += row[FACTORS + g] * load_energy(x, f[g * x.size :], C[2 * g * x.size :], i)
         if i > 0:
             J, spin = body.mass[4 * i - 1], V[4 * i - 1]
             c, de = body.spread[i - 1], minus(v, vector(V, 4 * i - 4))
@@ -764,3 +1212,4 @@ def measures(state: State, V: Array, body: Body, factor: float, result: Array) -
     parts = np.empty(4)
     energy(state, body.rod, body.loads, parts)
     result[1], result[2], result[3] = parts[0], parts[1], 0.0 if body.inextensible else parts[2]
+    result[11] = energy_of_supports(state, body)

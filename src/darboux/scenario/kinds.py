@@ -140,6 +140,17 @@ def in_time(unit: str) -> Any:
 
 
 @cache
+def factors() -> Any:
+    """A number or a table of numbers over the times of a motion; or a list of them, one for each load."""
+    each = Checked[List[in_time("")], Field(max_length=MOST_SAMPLES)]
+    return _labelled(
+        list=Checked[each, AfterValidator(tuple)],
+        one=in_time(""),
+        choose=lambda value: "list" if isinstance(value, list | tuple) else "one",
+    )
+
+
+@cache
 def vector_in_time(unit: str) -> Any:
     """Three numbers, or a table of them over the times of a motion."""
     return _vector_or(unit, times(unit, 3))

@@ -105,7 +105,7 @@ def _quantity(path: str, value: Any, unit: str, at: str = "s") -> Any:
             f"{path} is a Python function, which a file can't hold; give its values as a Table, then it can."
         )
     if isinstance(value, tuple):
-        return [_quantity(path, part, unit) for part in value]
+        return [_quantity(f"{path}[{i}]", part, unit, at) for i, part in enumerate(value)]
     return f"{value!r} {unit}" if unit and isinstance(value, float) else value
 
 

@@ -1,0 +1,86 @@
+"""The supports of a rod in motion: which vertices they hold along what, and whose frame its ends have."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.dynamics.acting import FREE, HELD, TURNING, six
+from darboux.kernels.rod_motion import Holds
+from darboux.problem import Equilibrium
+from darboux.statics.coefficients import Scale
+from darboux.supports import Free, Support
+
+Array = NDArray[np.float64]
+
+
+class Ghosts(NamedTuple):
+    """The ends' frames, in the arrays of the kernel; see ``rod_motion.Turning``."""
+
+    free: NDArray[np.int64]
+    axes: Array
+    frame: Array
+    stiffness: Array
+
+
+def kind_of(support: Support) -> int:
+    """Return whose frame the section's is at an end: its edge's (FREE), or that of a ghost that is HELD or TURNING."""
+    if all(support.held_rotation):
+        return HELD
+    return TURNING if any(support.held_rotation) or support.rotational is not None else FREE
+
+
+def supports_at(problem: Equilibrium, held: tuple[bool, bool], nodes: Array) -> list[tuple[int, Support]]:
+    """Return the supports with their vertices, the ends first; ``held`` says whether an end's has not let go."""
+    ends = (problem.start, problem.end)
+    at_ends = [(i, end if still else Free()) for i, end, still in zip((0, len(nodes) - 1), ends, held, strict=True)]
+    L = problem.rod.length
+    return at_ends + [(int(np.argmin(np.abs(nodes - s / L))), support) for s, support in problem.between]
+
+
+def moves_with(i: int, edges: int, support: Support) -> bool:
+    """Return whether a support holds an end's vertex in all directions: its place may then be one that moves."""
+    return i in (0, edges) and all(support.held_displacement)
+
+
+def holds(supports: list[tuple[int, Support]], scale: Scale, edges: int) -> Holds:
+    """Return what is held along single directions, or by springs."""
+    slides: list[tuple[int, Array, float]] = []
+    anchors: list[tuple[int, Array, Array]] = []
+    for i, support in supports:
+        place = (np.array(support.position) - scale.origin) / scale.length
+        if not moves_with(i, edges, support):
+            axes = support.displacement_axes.T[list(support.held_displacement)]
+            slides += [(i, axis, float(axis @ place)) for axis in axes]
+        if support.linear is not None:
+            K = six(np.array(support.linear)[None] * (scale.length / scale.force))[0]
+            anchors.append((i, K, place))
+    return Holds(
+        np.array([i for i, _, _ in slides], dtype=np.int64),
+        np.array([axis for _, axis, _ in slides], dtype=float).ravel(),
+        np.array([level for _, _, level in slides], dtype=float),
+        np.array([i for i, _, _ in anchors], dtype=np.int64),
+        np.array([K for _, K, _ in anchors], dtype=float).ravel(),
+        np.array([place for _, _, place in anchors], dtype=float).ravel(),
+    )
+
+
+def ghosts(supports: list[tuple[int, Support]], scale: Scale) -> Ghosts:
+    """Return the ghosts of both ends that turn, by their free axes."""
+    count, axes, frame, stiffness = (
+        np.zeros(2, dtype=np.int64),
+        np.eye(3)[None].repeat(2, 0),
+        np.zeros((2, 3, 3)),
+        np.zeros((2, 6)),
+    )
+    for end, (_, support) in enumerate(supports[:2]):
+        frame[end] = support.R.T
+        if kind_of(support) == TURNING:
+            free = ~np.array(support.held_rotation)
+            count[end] = np.count_nonzero(free)
+            axes[end, : count[end]] = support.rotation_axes.T[free]
+            if support.rotational is not None:
+                stiffness[end] = six(np.array(support.rotational)[None] / scale.moment)[0]
+    return Ghosts(count, axes.ravel(), frame.ravel(), stiffness.ravel())
