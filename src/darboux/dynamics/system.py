@@ -22,6 +22,7 @@ from darboux.solution import EquilibriumSolution
 from darboux.statics import coefficients
 from darboux.statics.coefficients import PAIRS, Scale
 from darboux.statics.solve import solve
+from darboux.supports import Free, Support
 
 Array = NDArray[np.float64]
 
@@ -127,10 +128,10 @@ class System:
     def body_at(self, t: float) -> Body:
         """Return what holds just after the time t in s: a released end is free."""
         N = self.segments
-        held = [self.motion.held(at, t) for at in ENDS]
-        clamped = [h and getattr(self.motion.problem, at).clamps for h, at in zip(held, ENDS, strict=True)]
+        supports = [getattr(self.motion.problem, at) if self.motion.held(at, t) else Free() for at in ENDS]
+        clamped = [all(support.held_rotation) for support in supports]
         fixed = np.zeros(4 * N + 3, dtype=bool)
-        fixed[:3], fixed[-3:] = held
+        fixed[:3], fixed[-3:] = (np.diagonal(_held(support)) > 0.5 for support in supports)
         viscous = self.B * self.times[[0, 0, 1, 0, 0, 0]]
         rod = Elasticity(
             self.B.ravel(), self.kappa0.ravel(), self.l, self.EA, np.zeros(N),
@@ -257,9 +258,9 @@ class System:
             if not self.motion.held(at, 0.0):
                 continue
             place = (self.motion.position(at, 0.0) - self.units.origin) / self.units.length
-            gap = float(np.linalg.norm(x[vertex] - place))
             support = getattr(self.motion.problem, at)
-            if gap > GAP or (support.clamps and t[edge] @ t[ghost] < 0.0):
+            gap = float(np.linalg.norm(_held(support) @ (x[vertex] - place)))
+            if gap > GAP or (all(support.held_rotation) and t[edge] @ t[ghost] < 0.0):
                 raise InvalidInput(
                     f"the rod begins {gap * self.units.length:.3g} m off the support at its {at}, or turned away from it; lay it "
                     "there: initial=solve(problem), or a function of s."
@@ -356,11 +357,11 @@ def beyond(problem: Equilibrium) -> str | None:
         return "motion states rods that do not shear, but rod.shear is True; set shear=False."
     for at in ENDS:
         support, load = getattr(problem, at), problem.end_load(at)
-        known = not support.holds or (
-            all(support.held_displacement) and (support.clamps or not any(support.held_rotation))
-        )
+        P = _held(support)
+        along_axes = support.sliding == "fixed" and np.allclose(P, np.diag(np.round(np.diagonal(P))))
+        known = along_axes and (all(support.held_rotation) or not any(support.held_rotation))
         if not known or support.twist != 0.0 or support.linear is not None or support.rotational is not None:
-            return f"problem.{at} is {type(support).__name__}(); motion states Clamped() without twist, Pinned() and Free() ends."
+            return f"problem.{at} is {type(support).__name__}(); motion states Clamped() without twist, Pinned() and Free() ends, and what slides along x, y or z."
         if np.any(load.section_force) or np.any(load.section_moment):
             return f"a load on the {at} turns with the section (follower=True); motion states dead loads on the ends."
     loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
@@ -370,6 +371,12 @@ def beyond(problem: Equilibrium) -> str | None:
             "function of the shape."
         )
     return None
+
+
+def _held(support: Support) -> Array:
+    """Return the projection (3, 3) of a displacement on what a support holds of it."""
+    axes = support.displacement_axes[:, list(support.held_displacement)]
+    return np.asarray(axes @ axes.T)
 
 
 def new_state(N: int) -> State:
