@@ -361,7 +361,10 @@ def beyond(problem: Equilibrium) -> str | None:
         along_axes = support.sliding == "fixed" and np.allclose(P, np.diag(np.round(np.diagonal(P))))
         known = along_axes and (all(support.held_rotation) or not any(support.held_rotation))
         if not known or support.twist != 0.0 or support.linear is not None or support.rotational is not None:
-            return f"problem.{at} is {type(support).__name__}(); motion states Clamped() without twist, Pinned() and Free() ends, and what slides along x, y or z."
+            return (
+                f"problem.{at} is {type(support).__name__}(); motion states Clamped() without twist, Pinned() and Free() ends, "
+                "and ends that slide along x, y or z."
+            )
         if np.any(load.section_force) or np.any(load.section_moment):
             return f"a load on the {at} turns with the section (follower=True); motion states dead loads on the ends."
     loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
