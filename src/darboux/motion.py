@@ -236,12 +236,14 @@ class Motion:
             if moving is None:
                 continue
             checks.instance(f"motion.{at}", moving, Moving, "None or Moving(position=..., frame=...)")
-            if not all(support.held_displacement):
+            if not any(support.held_displacement):
                 raise InvalidInput(
                     f"motion.{at} moves, but problem.{at} is {type(support).__name__}(), which does not hold it."
                 )
-            if moving.frame is not None and not support.clamps:
-                raise InvalidInput(f"motion.{at}.frame turns the end, but problem.{at} is no clamp; leave frame out.")
+            if moving.frame is not None and not all(support.held_rotation):
+                raise InvalidInput(
+                    f"motion.{at}.frame turns the end, but problem.{at} does not hold its frame; leave frame out."
+                )
             gap = np.linalg.norm(self.position(at, 0.0) - np.array(support.position))
             turned = np.max(np.abs(self.frame(at, 0.0) - support.R))
             if gap > SAME * self.problem.rod.length or turned > SAME:
