@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from nicegui import Client, background_tasks, ui
 from nicegui.elements.mixins.disableable_element import DisableableElement
 from nicegui.elements.mixins.value_element import ValueElement
@@ -18,7 +19,7 @@ from nicegui.elements.mixins.value_element import ValueElement
 from darboux import scenario, store
 from darboux.errors import InvalidInput
 from darboux.scenario import Scenario
-from darboux.web import link, words
+from darboux.web import link, quantities, words
 from darboux.web.link import View
 from darboux.web.plots import Plots
 from darboux.web.quantities import Quantity
@@ -33,6 +34,7 @@ OFTEN = 0.02  # s between a slider's messages
 AHEAD = 2  # frames on their way to the browser
 PATIENCE = 2.0  # s after which a frame counts as lost
 PICTURE = 1.0 / 30.0  # s that a picture of a snap is shown
+SPOKEN = 0.12  # s between two sets of numbers and plots while a slider moves: no eye reads faster
 QUIET = 0.4  # s of rest after which the address is brought up to date
 COLOURS = ("#e69f00", "#009e73", "#cc79a7")  # of the other theories
 WAITING = "Solving: a first solve, or a hard one, takes a few seconds."
@@ -53,7 +55,7 @@ class Slider(ValueElement[float], DisableableElement):
 
     def __init__(self, value: float, on_change: Any) -> None:
         super().__init__(tag="q-slider", value=value, on_value_change=on_change, throttle=OFTEN)
-        self.props(f"min=0 max={STEPS} step=1 thumb-size=14px track-size=3px")
+        self.props(f":min=0 :max={STEPS} :step=1 thumb-size=14px track-size=3px")
 
 
 class Control:
@@ -62,15 +64,15 @@ class Control:
     def __init__(self, page: Page, quantity: Quantity) -> None:
         self.page, self.quantity = page, quantity
         value = page.session.wanted[quantity.key]
-        unit = quantity.unit.replace("u", "\N{MICRO SIGN}", 1) if quantity.unit[:1] == "u" else quantity.unit
+        unit = quantities.pretty(quantity.unit)
         self.at = self._place(value)
-        with ui.element("div").classes("row").props(f'data-key="{quantity.key}"'):
-            ui.label(quantity.label).classes("label")
+        with ui.element("div").classes("dx-row").props(f'data-key="{quantity.key}"'):
+            ui.label(quantity.label).classes("dx-label")
             self.slider = Slider(self.at, self._slid).props(f'aria-label="{quantity.label}"')
-            self.field = ui.input(value=quantity.text(value)).classes("field")
-            self.field.props(f'dense filled hide-bottom-space suffix="{unit}" aria-label="{quantity.label} in {unit or "numbers"}"')
+            self.field = ui.input(value=quantity.text(value)).classes("dx-field")
+            self.field.props(f'dense filled hide-bottom-space suffix="{unit}" aria-label="{quantity.label} in {quantity.unit or "1"}"')
             self.field.on("keydown.enter", self._typed).on("blur", self._typed)
-            self.wrong = ui.label("").classes("wrong").props("role=alert")
+            self.wrong = ui.label("").classes("dx-wrong").props("role=alert")
 
     def _place(self, value: float) -> float:
         return float(min(max(round(STEPS * self.quantity.place(value)), 0), STEPS))
@@ -109,7 +111,7 @@ class Control:
         """Show what is wrong, or that nothing is."""
         if self.wrong.text != sentence:
             self.wrong.set_text(sentence)
-            self.field.classes(**({"add": "amiss"} if sentence else {"remove": "amiss"}))
+            self.field.classes(**({"add": "dx-amiss"} if sentence else {"remove": "dx-amiss"}))
 
 
 class Page:
@@ -122,6 +124,8 @@ class Page:
         self.outline: Outline | None = None
         self.frame: Frame | None = None
         self.camera: tuple[float, ...] = ()
+        self.untold: tuple[Frame, float] | None = None
+        self.told = 0.0
         self.text = ""  # of a scenario that the visitor brought
         self.drawn: deque[float] = deque(maxlen=20)
         complaint = ""
@@ -140,28 +144,28 @@ class Page:
     def _laid_out(self) -> None:
         ui.add_css(CSS)
         self.mode = ui.dark_mode(self.view.dark)
-        with ui.element("div").classes("whole"):
-            with ui.element("div").classes("top"):
+        with ui.element("div").classes("dx-whole"):
+            with ui.element("div").classes("dx-top"):
                 self._bar()
-            self.left = ui.element("div").classes("left").props('role=region aria-label="what can be changed"')
-            with ui.element("div").classes("middle"):
+            self.left = ui.element("div").classes("dx-left").props('role=region aria-label="what can be changed"')
+            with ui.element("div").classes("dx-middle"):
                 self.scene = RodScene(self._received, self._seen)
-                self.scene.classes("scene")
-                self.note = ui.label("").classes("note")
-                with ui.button(icon="fit_screen", on_click=self._fit).props("flat dense color=grey").classes("tool"):
+                self.scene.classes("dx-scene")
+                self.note = ui.label("").classes("dx-note")
+                with ui.button(icon="fit_screen", on_click=self._fit).props("flat dense color=grey").classes("dx-tool"):
                     ui.tooltip("Show all of the rod")
-                with ui.element("div").classes("said").props('role=status aria-live="polite"'):
-                    self.state = ui.label(WAITING).classes("state unknown")
-                    self.detail = ui.label("").classes("detail")
-            with ui.element("div").classes("right").props('role=region aria-label="numbers and plots"'):
-                self.numbers = ui.element("div").classes("numbers")
+                with ui.element("div").classes("dx-said").props('role=status aria-live="polite"'):
+                    self.state = ui.label(WAITING).classes("dx-state dx-unknown")
+                    self.detail = ui.label("").classes("dx-detail")
+            with ui.element("div").classes("dx-right").props('role=region aria-label="numbers and plots"'):
+                self.numbers = ui.element("div").classes("dx-numbers")
                 self.values: dict[str, ui.label] = {}
+                self.theories = ui.element("div").classes("dx-theories")
+                self.theories.set_visibility(self.view.theories)
                 self.plots = Plots()
-                self.theories = ui.element("div").classes("theories")
-                self.theories.set_visibility(False)
 
     def _bar(self) -> None:
-        ui.label("darboux").classes("name")
+        ui.label("darboux").classes("dx-name")
         titles = {name: entry.title for name, entry in self.shelf.items()}
         self.choice = ui.select(titles, on_change=self._chosen).props('dense outlined options-dense aria-label="scenario"')
         self.choice.style("width: 168px; flex: none")
@@ -171,7 +175,7 @@ class Page:
         self._button("folder_open", "Open a scenario of yours", lambda: self.upload.run_method("pickFiles"))
         self.compare = ui.checkbox("three theories", value=self.view.theories, on_change=self._compared).props("dense")
         self.compare.tooltip("Solve by the other methods too, and draw them over the rod")
-        ui.element("div").classes("gap")
+        ui.element("div").classes("dx-gap")
         self._button("restart_alt", "The scenario's own values", self._restored)
         self._button("description", "Save the scenario (TOML)", self._save_scenario)
         self._button("dataset", "Save the result (NetCDF)", self._save_result)
@@ -190,11 +194,11 @@ class Page:
         group = ""
         with self.left:
             if self.session.scenario.motion is not None:
-                ui.label("Its motion is not shown here, only its equilibrium: darboux simulate.").classes("about")
+                ui.label("Its motion is not shown here, only its equilibrium: darboux simulate.").classes("dx-about")
             for quantity in self.session.quantities:
                 if quantity.group != group:
                     group = quantity.group
-                    ui.label(group).classes("group")
+                    ui.label(group).classes("dx-group")
                 self.controls[quantity.key] = Control(self, quantity)
 
     # -- which scenario ------------------------------------------------------------------------------------------------
@@ -375,10 +379,14 @@ class Page:
             with self.client:
                 self._failed(event.words)
             return
-        ready = await self.workers.run(_prepared, event, self.outline is None)
+        length = event.solution.problem.rod.length
+        if self.frame is None:
+            self.relative_size = event.shape.size / length
+        self.size = self.relative_size * length
+        ready = await self.workers.run(_prepared, event, self.size)
         await self._show(event, *ready)
 
-    async def _show(self, frame: Frame, section: Outline, energy: float, ghost: Shape) -> None:
+    async def _show(self, frame: Frame, section: Outline, energy: float, ghost: Shape | None) -> None:
         """Show a solution, after the way to it."""
         new, first = section != self.outline, self.frame is None
         self.frame, self.outline = frame, section
@@ -389,27 +397,37 @@ class Page:
             for shape in frame.way:
                 await self._sent(shape)
                 await asyncio.sleep(PICTURE)
-            if first:
-                self.scene.acting(frame.solution.problem)
-                if not self.camera:
-                    self.scene.towards(frame.shape)
+            acting = _acting(frame.solution.problem)
+            if first or acting != self.acting:
+                self.scene.acting(frame.solution.problem, self.size)
+                self.acting = acting
+            if first and not self.camera:
+                self.scene.towards(frame.shape)
             await self._sent(frame.shape, section if new or first else None)
-            self.scene.unloaded(ghost)
-            if not first:
-                self.scene.acting(frame.solution.problem) if self._acts_otherwise(frame) else None
-            self.acted = _acting(frame.solution.problem)
+            laid = _unloaded_by(frame.solution.problem)
+            if first or new or laid != self.laid:
+                self.scene.unloaded(ghost)
+                self.laid = laid
             self.scene.greyed(False)
+        self.untold = frame, energy
+        if asyncio.get_running_loop().time() - self.told > SPOKEN:
+            self._tell()
+
+    def _tell(self) -> None:
+        """Bring the words, the numbers and the plots up to what is shown."""
+        if self.untold is None:
+            return
+        (frame, energy), self.untold = self.untold, None
+        self.told = asyncio.get_running_loop().time()
+        with self.client:
             self.plots.show(frame.fields)
             text, kind = words.state(frame.solution)
             self.state.set_text(text)
             self._state_class(kind)
             message = frame.solution.status.message
-            self.detail.set_text(frame.words or ("" if "next to the one" in message else message))
+            self.detail.set_text(frame.words or words.how(message))
             self._numbered(words.numbers(frame.solution, frame.fields, energy))
             self._note()
-
-    def _acts_otherwise(self, frame: Frame) -> bool:
-        return _acting(frame.solution.problem) != self.acted
 
     async def _sent(self, shape: Shape, section: Outline | None = None) -> None:
         """Send a shape, when the browser has taken those before."""
@@ -429,6 +447,7 @@ class Page:
 
     def _failed(self, sentence: str) -> None:
         """Say why there is no new shape; the last one stays, in grey."""
+        self._tell()
         self.state.set_text("No equilibrium was found here; the last shape stays, in grey." if self.frame else "No equilibrium was found.")
         self._state_class("bad")
         self.detail.set_text(sentence[:1].upper() + sentence[1:])
@@ -440,25 +459,35 @@ class Page:
             self._state_class("unknown")
 
     def _state_class(self, kind: str) -> None:
-        self.state.classes(replace=f"state {kind}")
+        self.state.classes(replace=f"dx-state dx-{kind}")
 
     def _numbered(self, rows: list[tuple[str, str]]) -> None:
         for key, value in rows:
             if key not in self.values:
                 with self.numbers:
-                    ui.label(key).classes("key")
-                    self.values[key] = ui.label(value).classes("value").props(f'data-number="{key}"')
+                    ui.label(key).classes("dx-key")
+                    self.values[key] = ui.label(value).classes("dx-value").props(f'data-number="{key}"')
             self.values[key].set_text(value)
 
     def _note(self) -> None:
         self.note.set_text(self.outline.words.capitalize() if self.outline else "")
 
+    async def _undisturbed(self, seconds: float) -> bool:
+        """Wait, and return whether nothing was asked meanwhile."""
+        try:
+            await asyncio.wait_for(self.wake.wait(), seconds)
+        except TimeoutError:
+            return not self.client._deleted
+        return False
+
     async def _at_rest(self) -> None:
         """Compare the theories, where that is wanted, and bring the address up to date."""
-        generation = self.generation
-        await asyncio.sleep(QUIET)
-        if generation != self.generation or self.client._deleted:
+        if not await self._undisturbed(SPOKEN):
             return
+        self._tell()
+        if not await self._undisturbed(QUIET):
+            return
+        generation = self.generation
         with self.client:
             with suppress(InvalidInput):
                 ui.run_javascript(f"history.replaceState(history.state, '', {'?' + self._query()!r})")
@@ -466,7 +495,7 @@ class Page:
             with self.client:
                 self.theories.clear()
                 with self.theories:
-                    ui.label("Solving by the other theories ...").classes("detail")
+                    ui.label("Solving by the other theories ...").classes("dx-detail")
             found = await self.workers.run(self.session.compare, self.session.shown)
             if generation == self.generation and not self.client._deleted:
                 with self.client:
@@ -475,14 +504,14 @@ class Page:
     def _overlaid(self, found: list[Theory]) -> None:
         self.theories.clear()
         with self.theories:
-            ui.label("Distance from the rod shown, over its length").classes("detail")
+            ui.label("Distance from the rod shown, over its length").classes("dx-detail")
             for colour, theory in zip(COLOURS, found, strict=True):
-                with ui.element("div").classes("theory"):
-                    ui.element("div").classes("swatch").style(f"background: {colour if theory.shape else 'transparent'}")
+                with ui.element("div").classes("dx-theory"):
+                    ui.element("div").classes("dx-swatch").style(f"background: {colour if theory.shape else 'transparent'}")
                     ui.label(theory.name)
-                    ui.label("" if theory.distance is None else f"{theory.distance:.1e}").classes("value")
+                    ui.label("" if theory.distance is None else f"{theory.distance:.1e}").classes("dx-value")
                     if theory.words:
-                        ui.label(theory.words).classes("words")
+                        ui.label(theory.words).classes("dx-words")
         self.scene.others([(c, theory.shape) for c, theory in zip(COLOURS, found, strict=True) if theory.shape is not None])
 
 
@@ -502,12 +531,16 @@ class _Spoken:
         return False
 
 
-def _prepared(frame: Frame, first: bool) -> tuple[Outline, float, Shape]:
-    """Return what else is shown of a frame: the section, the elastic energy, the unloaded rod."""
-    import numpy as np
-
+def _prepared(frame: Frame, size: float) -> tuple[Outline, float, Shape | None]:
+    """Return what else is shown of a frame: the section, the elastic energy in J, the unloaded rod."""
+    problem = frame.solution.problem
     energy = float(np.trapezoid(frame.fields.e, frame.fields.s))
-    return outline(frame.solution), energy, unloaded(frame.solution)
+    return outline(problem.rod, size), energy, unloaded(problem)
+
+
+def _unloaded_by(problem: Any) -> Any:
+    """Return what the unloaded rod depends on."""
+    return problem.rod.length, problem.rod.natural, problem.start, problem.end
 
 
 def _acting(problem: Any) -> Any:

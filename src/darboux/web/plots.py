@@ -12,11 +12,11 @@ from darboux.web.shape import Fields
 
 Array = NDArray[np.float64]
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73")  # told apart by the colour-blind; dashes and widths tell them in grey
+COLOURS = {False: ("#0072b2", "#d55e00", "#009e73"), True: ("#56b4e9", "#ff8c42", "#2ccb9b")}  # told apart by the colour-blind; dashes and widths tell them in grey
 DASHES: tuple[Any, ...] = ("solid", [7, 3], [2, 2])
 INK = {False: ("#3a3f45", "#e3e5e7"), True: ("#c9ced3", "#33383d")}
 PREFIXES = {1e9: "G", 1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "\N{MICRO SIGN}", 1e-9: "n", 1e-12: "p"}
-LEVELS = ((9.0, 24.0), (42.0, 24.0), (75.0, 17.0))  # top and height of each plot, in per cent
+LEVELS = ((7.0, 23.0), (39.0, 23.0), (71.0, 20.0))  # top and height of each plot, in per cent
 
 
 class Plots:
@@ -24,7 +24,7 @@ class Plots:
 
     def __init__(self) -> None:
         self.dark = False
-        self.chart = ui.echart(self._options()).classes("plots")
+        self.chart = ui.echart(self._options()).classes("dx-plots")
 
     def show(self, fields: Fields) -> None:
         """Draw these fields."""
@@ -36,9 +36,9 @@ class Plots:
         e, prefix_e = _scaled(fields.e)
         lines = [*fields.k.T, *M.T, e]
         titles = [
-            "curvature and twist k, 1/m",
-            f"moment R\N{MODIFIER LETTER CAPITAL T}m, {prefix_M}N m",
-            f"elastic energy per length, {prefix_e}J/m",
+            "curvature, twist  {0|k\N{SUBSCRIPT ONE}} {1|k\N{SUBSCRIPT TWO}} {2|k\N{SUBSCRIPT THREE}}  in 1/m",
+            f"moment  {{0|M\N{SUBSCRIPT ONE}}} {{1|M\N{SUBSCRIPT TWO}}} {{2|M\N{SUBSCRIPT THREE}}}  in {prefix_M}N m",
+            f"elastic energy per length in {prefix_e}J/m",
         ]
         self.chart.run_chart_method(
             "setOption",
@@ -57,22 +57,22 @@ class Plots:
         self.chart.run_chart_method(
             "setOption",
             {
-                "title": [{"textStyle": {"color": ink}}] * 3,
+                "title": [{"textStyle": {"color": ink, "rich": _bold(dark)}}] * 3,
+                "series": [{"color": COLOURS[dark][i % 3]} for i in range(7)],
                 "xAxis": [axis | {"nameTextStyle": {"color": ink}}] * 3,
                 "yAxis": [axis] * 3,
-                "legend": {"textStyle": {"color": ink}},
             },
         )
 
     def _options(self) -> dict[str, Any]:
         ink, grid = INK[False]
-        text = {"color": ink, "fontSize": 12, "fontWeight": "normal"}
+        text = {"color": ink, "fontSize": 12, "fontWeight": "normal", "rich": _bold(False)}
         lines = {"splitLine": {"lineStyle": {"color": grid}}, "axisLine": {"lineStyle": {"color": ink}}}
         small = {"color": ink, "fontSize": 11, "hideOverlap": True}
         names = [f"{name}{index}" for name in "kM" for index in "\N{SUBSCRIPT ONE}\N{SUBSCRIPT TWO}\N{SUBSCRIPT THREE}"] + ["e"]
         return {
             "animation": False,
-            "title": [{"text": "", "top": f"{top - 7}%", "left": 4, "textStyle": text} for top, _ in LEVELS],
+            "title": [{"text": "", "top": f"{top - 6}%", "left": 4, "textStyle": text} for top, _ in LEVELS],
             "grid": [{"top": f"{top}%", "height": f"{height}%", "left": 46, "right": 14} for top, height in LEVELS],
             "xAxis": [
                 {
@@ -99,12 +99,17 @@ class Plots:
                     "showSymbol": False,
                     "silent": True,
                     "data": [],
-                    "color": COLOURS[i % 3],
+                    "color": COLOURS[False][i % 3],
                     "lineStyle": {"width": 1.8, "type": DASHES[i % 3]},
                 }
                 for i, name in enumerate(names)
             ],
         }
+
+
+def _bold(dark: bool) -> dict[str, Any]:
+    """Return how the names of the lines are written in the titles, in the lines' colours."""
+    return {str(i): {"color": colour, "fontSize": 13, "fontWeight": "bold"} for i, colour in enumerate(COLOURS[dark])}
 
 
 def _scaled(values: Array) -> tuple[Array, str]:

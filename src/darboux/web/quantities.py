@@ -21,19 +21,20 @@ MOST = 60  # controls of a page
 AXES = "xyz"
 # Units that are read more easily than those of the files, by the unit of the files.
 SHOWN = {
-    "m": ("m", "cm", "mm", "um", "nm"),
+    "m": ("km", "m", "cm", "mm", "um", "nm"),
     "Pa": ("GPa", "MPa", "kPa", "Pa"),
-    "N": ("kN", "N", "mN", "uN", "nN"),
+    "N": ("MN", "kN", "N", "mN", "uN", "nN"),
     "N m": ("N m", "mN m", "uN m", "nN m"),
     "N/m": ("kN/m", "N/m", "mN/m", "uN/m"),
     "N m^2": ("N m^2", "mN m^2", "uN m^2", "nN m^2"),
+    "J": ("kJ", "J", "mJ", "uJ", "nJ"),
     "rad": ("turn",),
     "rad/s": ("rpm",),
 }
 FACTORS = {"turn": 2.0 * math.pi, "rpm": 2.0 * math.pi / 60.0}
 PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "n": 1e-9, "c": 1e-2}
 WORDS = {
-    "E": "Young's modulus",
+    "E": "modulus E",
     "density": "density",
     "g": "gravity",
     "a": "semi-axis a",
@@ -182,7 +183,7 @@ def _of_rod(problem: Equilibrium) -> list[Quantity]:
                 found.append(_ratio(f"helix.{name}", "Natural shape", f"helix {name}", "m", value, 3.0, ("rod", "natural", name)))
     elif natural is None or isinstance(natural, tuple):
         for i, value in enumerate(natural or (0.0, 0.0, 0.0)):
-            label = "twist k0\N{SUBSCRIPT THREE}" if i == 2 else f"curvature k0{chr(0x2081 + i)}"
+            label = "twist" if i == 2 else f"curvature {i + 1}"
             reach = max(4.0 * math.pi / L, 2.0 * abs(value))
             found.append(_even(f"k0.{i + 1}", "Natural shape", label, "1/m", value, reach, ("rod", "natural", i)))
     return found
@@ -287,4 +288,10 @@ def _factor(name: str, si: str) -> float:
 def readable(value: float, si: str) -> str:
     """Return a value in SI with a unit in which it is read easily, as in "12.3 mN"."""
     unit, factor = _shown(si, abs(value))
-    return f"{value / factor:.4g} {unit.replace('u', chr(0xB5), 1) if unit[0] == 'u' else unit}"
+    return f"{value / factor:.4g} {pretty(unit)}"
+
+
+def pretty(unit: str) -> str:
+    """Return a unit as it is printed: powers raised, micro by its letter."""
+    unit = "\N{MICRO SIGN}" + unit[1:] if unit[:1] == "u" else unit
+    return unit.replace("^2", "\N{SUPERSCRIPT TWO}").replace("^3", "\N{SUPERSCRIPT THREE}")

@@ -28,13 +28,13 @@ class RodScene(Element, component="rod_scene.js"):
         """Show a shape; the outline of its section where that is new."""
         self.run_method("frame", number, shape.packed, None if outline is None else outline.content)
 
-    def unloaded(self, shape: Shape) -> None:
-        """Show the unloaded rod, faintly."""
-        self.run_method("unloaded", shape.packed)
+    def unloaded(self, shape: Shape | None) -> None:
+        """Show the unloaded rod, faintly, or none."""
+        self.run_method("unloaded", "" if shape is None else shape.packed)
 
-    def acting(self, problem: Equilibrium) -> None:
-        """Show what holds and loads the rod."""
-        self.run_method("acting", glyphs(problem), corner(problem), problem.rod.length)
+    def acting(self, problem: Equilibrium, size: float) -> None:
+        """Show what holds and loads the rod, by signs that suit a picture of ``size`` m."""
+        self.run_method("acting", glyphs(problem), corner(problem), size)
 
     def others(self, shapes: Sequence[tuple[str, Shape]]) -> None:
         """Draw other answers, each in its colour, over the rod."""

@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
+from darboux.problem import Equilibrium, Ring
+from darboux.rod import Rod
 from darboux.section import Rectangle
 from darboux.solution import EquilibriumSolution
 
 Array = NDArray[np.float64]
 
-SAMPLES = 121  # sections that are drawn
-AROUND = 24  # points of an outline
-THINNEST = 0.006  # half of a section's larger side over the length: thinner rods are drawn thicker, and this is said
+SAMPLES = 101  # sections that are drawn
+AROUND = 16  # points of an outline
+THINNEST = 0.006  # half of a section's larger side over the picture's size: thinner rods are drawn thicker, and this is said
 PLOTTED = 2  # every second section
 
 
@@ -27,6 +29,11 @@ class Shape:
 
     r: Array
     R: Array
+
+    @property
+    def size(self) -> float:
+        """The longest side of the box around it, in m."""
+        return float(np.max(np.ptp(self.r, axis=0)))
 
     @property
     def packed(self) -> str:
@@ -61,10 +68,11 @@ def sampled(solution: EquilibriumSolution) -> tuple[Shape, Fields]:
     return shape, Fields(s[at], rod.k0(s[at]) + strains[:, 3:], forces[:, 3:], energy)
 
 
-def unloaded(solution: EquilibriumSolution) -> Shape:
-    """Return the unloaded rod, laid at its support: R' = R [k0]_x, r' = d3."""
-    problem = solution.problem
-    steps = 4 * (SAMPLES - 1)
+def unloaded(problem: Equilibrium) -> Shape | None:
+    """Return the unloaded rod, laid at its support, R' = R [k0]_x, r' = d3; None for a ring, which was never open."""
+    if isinstance(problem, Ring):
+        return None
+    steps = 8 * (SAMPLES // 2)
     s = np.linspace(0.0, problem.rod.length, steps + 1)
     h = problem.rod.length / steps
     q = frames.accumulated(frames.quaternion_of_turn(problem.rod.k0(0.5 * (s[1:] + s[:-1])) * h))
@@ -73,7 +81,7 @@ def unloaded(solution: EquilibriumSolution) -> Shape:
     at, support = (0, problem.start) if problem.start.holds else (-1, problem.end)
     turned = support.R @ R[at].T
     r = np.array(support.position) + (r - r[at]) @ turned.T
-    return Shape(r[::4], turned @ R[::4])
+    return Shape(r[::8], turned @ R[::8])
 
 
 @dataclass(frozen=True)
@@ -97,13 +105,12 @@ class Outline:
         return {"points": packed(self.points), "bright": self.bright.tolist(), "varies": self.points.ndim == 3}
 
 
-def outline(solution: EquilibriumSolution) -> Outline:
-    """Return the outline of the section, thick enough to be seen."""
-    rod = solution.problem.rod
+def outline(rod: Rod, size: float) -> Outline:
+    """Return the outline of the section, thick enough to be seen in a picture of ``size`` m."""
     s = np.linspace(0.0, rod.length, SAMPLES)
     p = (np.arange(AROUND) + 0.5) * (4.0 / AROUND)
     bright = (p < 0.5) | (p > 3.5)
-    least = THINNEST * rod.length
+    least = THINNEST * size
     if not rod.section.has_shape:
         angle = 0.5 * np.pi * p
         circle = least * np.stack([np.cos(angle), np.sin(angle)], axis=1)

@@ -19,6 +19,14 @@ def state(solution: EquilibriumSolution) -> tuple[str, str]:
     return f"Unstable equilibrium, in {ways}: a real rod would leave it.", "bad"
 
 
+def how(message: str) -> str:
+    """Return how a solution was found, from its status; nothing where it follows from the last one by a small step."""
+    if "next to the one" in message:
+        return ""
+    message = message.removeprefix("converged: ")
+    return message[:1].upper() + message[1:]
+
+
 def numbers(solution: EquilibriumSolution, fields: Fields, energy: float) -> list[tuple[str, str]]:
     """Return names and values of what a reader looks at first."""
     place = solution.curve.y[0 if solution.problem.end.holds and not solution.problem.start.holds else -1, :3]
