@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from nicegui import Client, background_tasks, ui
 from nicegui.elements.mixins.disableable_element import DisableableElement
 from nicegui.elements.mixins.value_element import ValueElement
@@ -124,7 +123,7 @@ class Page:
         self.outline: Outline | None = None
         self.frame: Frame | None = None
         self.camera: tuple[float, ...] = ()
-        self.untold: tuple[Frame, float] | None = None
+        self.untold: Frame | None = None
         self.told = 0.0
         self.text = ""  # of a scenario that the visitor brought
         self.drawn: deque[float] = deque(maxlen=20)
@@ -376,6 +375,7 @@ class Page:
         if session is not self.session or self.client._deleted:
             return
         if isinstance(event, Failure):
+            await self._tell()
             with self.client:
                 self._failed(event.words)
             return
@@ -386,7 +386,7 @@ class Page:
         ready = await self.workers.run(_prepared, event, self.size)
         await self._show(event, *ready)
 
-    async def _show(self, frame: Frame, section: Outline, energy: float, ghost: Shape | None) -> None:
+    async def _show(self, frame: Frame, section: Outline, ghost: Shape | None) -> None:
         """Show a solution, after the way to it."""
         new, first = section != self.outline, self.frame is None
         self.frame, self.outline = frame, section
@@ -409,16 +409,17 @@ class Page:
                 self.scene.unloaded(ghost)
                 self.laid = laid
             self.scene.greyed(False)
-        self.untold = frame, energy
+        self.untold = frame
         if asyncio.get_running_loop().time() - self.told > SPOKEN:
-            self._tell()
+            await self._tell()
 
-    def _tell(self) -> None:
+    async def _tell(self) -> None:
         """Bring the words, the numbers and the plots up to what is shown."""
         if self.untold is None:
             return
-        (frame, energy), self.untold = self.untold, None
+        frame, self.untold = self.untold, None
         self.told = asyncio.get_running_loop().time()
+        energy = await self.workers.run(lambda: frame.solution.energy.elastic)
         with self.client:
             self.plots.show(frame.fields)
             text, kind = words.state(frame.solution)
@@ -447,7 +448,6 @@ class Page:
 
     def _failed(self, sentence: str) -> None:
         """Say why there is no new shape; the last one stays, in grey."""
-        self._tell()
         self.state.set_text("No equilibrium was found here; the last shape stays, in grey." if self.frame else "No equilibrium was found.")
         self._state_class("bad")
         self.detail.set_text(sentence[:1].upper() + sentence[1:])
@@ -484,7 +484,7 @@ class Page:
         """Compare the theories, where that is wanted, and bring the address up to date."""
         if not await self._undisturbed(SPOKEN):
             return
-        self._tell()
+        await self._tell()
         if not await self._undisturbed(QUIET):
             return
         generation = self.generation
@@ -531,11 +531,10 @@ class _Spoken:
         return False
 
 
-def _prepared(frame: Frame, size: float) -> tuple[Outline, float, Shape | None]:
-    """Return what else is shown of a frame: the section, the elastic energy in J, the unloaded rod."""
+def _prepared(frame: Frame, size: float) -> tuple[Outline, Shape | None]:
+    """Return what else is drawn of a frame: the section and the unloaded rod."""
     problem = frame.solution.problem
-    energy = float(np.trapezoid(frame.fields.e, frame.fields.s))
-    return outline(problem.rod, size), energy, unloaded(problem)
+    return outline(problem.rod, size), unloaded(problem)
 
 
 def _unloaded_by(problem: Any) -> Any:
