@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -30,25 +31,29 @@ FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-ne
 PATIENCE = 30_000  # ms
 
 
-def served(*words: str) -> tuple[subprocess.Popen[str], str]:
-    """Start the command; return it and the page's address, when it can be opened."""
-    process = subprocess.Popen(
-        [sys.executable, "-c", "from darboux.cli import main; main()", "serve", "--port", "0", *words],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
-    line = process.stdout.readline()
-    address = re.search(r"http://\S+", line)
-    assert address, line + process.stdout.read()
-    return process, address[0]
+@contextmanager
+def served() -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """Run the command; lend it and the page's address, when it can be opened."""
+    words = [sys.executable, "-c", "from darboux.cli import main; main()", "serve", "--port", "0"]
+    own = {
+        name: value for name, value in os.environ.items() if not name.startswith("PYTEST")
+    }  # NiceGUI behaves otherwise
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=own | {"PYTHONUNBUFFERED": "1"}
+    ) as process:
+        try:
+            line = process.stdout.readline()
+            address = re.search(r"http://\S+", line)
+            assert address, line + process.stdout.read()
+            yield process, address[0].rstrip("/")
+        finally:
+            process.kill()
 
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    process, address = served()
-    yield address
-    process.kill()
-    process.wait()
-    process.stdout.close()
+    with served() as (_, address):
+        yield address
 
 
 @pytest.fixture(scope="module")
@@ -111,8 +116,8 @@ def until_end(tab: Any, where: Any) -> None:
     """Wait until the drawn rod's end is there, to a millionth of a metre."""
     tab.wait_for_function(
         """([x, y, z]) => {
-            const end = document.querySelector(".dx-scene").dataset.end.split(" ").map(Number);
-            return Math.hypot(end[0] - x, end[1] - y, end[2] - z) < 1e-6;
+            const end = document.querySelector(".dx-scene")?.dataset.end?.split(" ").map(Number);
+            return end && Math.hypot(end[0] - x, end[1] - y, end[2] - z) < 1e-6;
         }""",
         arg=[float(x) for x in where],
     )
@@ -129,7 +134,9 @@ def test_a_slider_moves_the_rod_and_its_numbers_and_a_wrong_value_gets_its_sente
     before = number(tab, "end of the rod")
     assert "cm" in before
     drag(tab, "length", 0.25)
-    tab.wait_for_function("text => document.querySelector('[data-number=\"end of the rod\"]').innerText !== text", arg=before)
+    tab.wait_for_function(
+        "text => document.querySelector('[data-number=\"end of the rod\"]').innerText !== text", arg=before
+    )
     tab.wait_for_function("() => location.search.includes('length=')")  # the address follows when all is at rest
     length = float(re.search(r"length=([\d.e-]+)", tab.url)[1])
     assert 0.3 < length < 0.6
@@ -221,10 +228,10 @@ def test_what_a_visitor_brings_is_read_as_data(tab: Any, address: str, tmp_path:
 
 
 def test_ctrl_c_ends_the_server_and_an_open_page_says_so(tab: Any) -> None:
-    process, address = served()
-    open_rod(tab, address)
-    process.send_signal(signal.SIGINT)
-    out = process.communicate(timeout=30)[0]
-    assert (process.returncode, out.strip()) == (0, "The page is closed.")
+    with served() as (process, address):
+        open_rod(tab, address)
+        process.send_signal(signal.SIGINT)
+        out = process.communicate(timeout=30)[0]
+        assert (process.returncode, out.strip()) == (0, "The page is closed.")
     playwright.expect(tab.locator("#popup")).to_be_visible()
     assert "cm" in number(tab, "end of the rod")  # what was there stays

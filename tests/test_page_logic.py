@@ -65,9 +65,7 @@ def test_values_go_where_they_belong() -> None:
     values = {"length": 0.5, "radius": 2e-3, "E": 2e6, "k0.2": 3.0, "load1.g.z": -1.6}
     changed = quantities.changed(problem, quantities.of(problem), values)
     rod = dx.Rod(0.5, dx.Circle(2e-3), dx.Material(E=2e6, nu=0.5, density=1e3), natural=(0, 3, 0))
-    assert changed == dx.Equilibrium(
-        rod, start=dataclasses.replace(problem.start), loads=[dx.Gravity((0, 0, -1.6))]
-    )
+    assert changed == dx.Equilibrium(rod, start=dataclasses.replace(problem.start), loads=[dx.Gravity((0, 0, -1.6))])
     strip = stated("clamped-clamped").problem
     moved = quantities.changed(strip, quantities.of(strip), {"distance": 0.1, "rotation": 1.0})
     assert moved.end.position == (0.0, 0.0, 0.1)
@@ -127,7 +125,9 @@ def _parameters(query: str) -> dict[str, str]:
 
 
 def test_a_link_says_what_it_was_made_of() -> None:
-    one = View("helix", "", {"load2.force.z": -1.0 / 3.0, "E": 2e11}, (0.1, -1.0, 0.25, 0.0, 0.5, 1.0, 0.125), True, False)
+    one = View(
+        "helix", "", {"load2.force.z": -1.0 / 3.0, "E": 2e11}, (0.1, -1.0, 0.25, 0.0, 0.5, 1.0, 0.125), True, False
+    )
     assert link.view(_parameters(link.query(one))) == one
     other = View(text=stated("ring").toml + "# \N{GREEK SMALL LETTER PI} & more")
     assert link.view(_parameters(link.query(other))) == other
@@ -330,7 +330,7 @@ def test_a_port_in_use_is_one_sentence() -> None:
         with pytest.raises(InvalidInput, match=rf"port {port} of 127.0.0.1 can't be had .*--port {port + 1}"):
             server.free_port("127.0.0.1", port)
     assert server.free_port("127.0.0.1", 0) > 0
-    with pytest.raises(InvalidInput, match="0 to 65535|between 0 and 65535"):
+    with pytest.raises(InvalidInput, match="between 0 and 65535"):
         server.free_port("127.0.0.1", 70000)
 
 
@@ -361,7 +361,10 @@ def test_workers_work_beside_one_another_and_pass_on_what_went_wrong() -> None:
 
     async def both() -> list[object]:
         return await asyncio.gather(
-            workers.run(math.sqrt, 4.0), workers.run(math.sqrt, -1.0), workers.run(math.sqrt, 9.0), return_exceptions=True
+            workers.run(math.sqrt, 4.0),
+            workers.run(math.sqrt, -1.0),
+            workers.run(math.sqrt, 9.0),
+            return_exceptions=True,
         )
 
     two, error, three = asyncio.run(both())
@@ -371,6 +374,7 @@ def test_workers_work_beside_one_another_and_pass_on_what_went_wrong() -> None:
 
 def test_a_scenario_of_a_visitor_is_data(tmp_path: Path) -> None:
     (tmp_path / "secret.csv").write_text("0,1\n1,2\n")
-    text = f"[rod]\nlength = 1\nsection = {{ shape = 'circle', radius = {{ table = '{tmp_path}/secret.csv' }} }}\nmaterial = 'steel'\n"
+    section = f"{{ shape = 'circle', radius = {{ table = '{tmp_path}/secret.csv' }} }}"
+    text = f"[rod]\nlength = 1\nsection = {section}\nmaterial = 'steel'\n"
     with pytest.raises(InvalidInput, match="needs a scenario that is a file itself"):
         scenario.parse(text)

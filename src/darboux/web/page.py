@@ -69,7 +69,9 @@ class Control:
             ui.label(quantity.label).classes("dx-label")
             self.slider = Slider(self.at, self._slid).props(f'aria-label="{quantity.label}"')
             self.field = ui.input(value=quantity.text(value)).classes("dx-field")
-            self.field.props(f'dense filled hide-bottom-space suffix="{unit}" aria-label="{quantity.label} in {quantity.unit or "1"}"')
+            self.field.props(
+                f'dense filled hide-bottom-space suffix="{unit}" aria-label="{quantity.label} in {quantity.unit or "1"}"'
+            )
             self.field.on("keydown.enter", self._typed).on("blur", self._typed)
             self.wrong = ui.label("").classes("dx-wrong").props("role=alert")
 
@@ -116,7 +118,9 @@ class Control:
 class Page:
     """One visitor's page."""
 
-    def __init__(self, client: Client, shelf: Mapping[str, Entry], workers: Workers, parameters: Mapping[str, str]) -> None:
+    def __init__(
+        self, client: Client, shelf: Mapping[str, Entry], workers: Workers, parameters: Mapping[str, str]
+    ) -> None:
         self.client, self.shelf, self.workers = client, shelf, workers
         self.wake, self.arrived = asyncio.Event(), asyncio.Event()
         self.sent = self.received = self.generation = 0
@@ -124,6 +128,8 @@ class Page:
         self.frame: Frame | None = None
         self.camera: tuple[float, ...] = ()
         self.untold: Frame | None = None
+        self.acting: Any = None  # what the signs at the rod, and the unloaded rod, were last drawn for
+        self.laid: Any = None
         self.told = 0.0
         self.text = ""  # of a scenario that the visitor brought
         self.drawn: deque[float] = deque(maxlen=20)
@@ -166,7 +172,9 @@ class Page:
     def _bar(self) -> None:
         ui.label("darboux").classes("dx-name")
         titles = {name: entry.title for name, entry in self.shelf.items()}
-        self.choice = ui.select(titles, on_change=self._chosen).props('dense outlined options-dense aria-label="scenario"')
+        self.choice = ui.select(titles, on_change=self._chosen).props(
+            'dense outlined options-dense aria-label="scenario"'
+        )
         self.choice.style("width: 168px; flex: none")
         self.upload = ui.upload(
             auto_upload=True, max_file_size=scenario.LARGEST, on_upload=self._brought, on_rejected=self._refused
@@ -247,8 +255,7 @@ class Page:
             text = (await event.file.read()).decode("utf-8-sig")
             stated = await self.workers.run(scenario.parse, text)
         except (InvalidInput, UnicodeDecodeError) as error:
-            words = str(error) if isinstance(error, InvalidInput) else "it is no UTF-8 text."
-            self._say(f"{name}: {words}")
+            self._say(f"{name}: {error if isinstance(error, InvalidInput) else 'it is no UTF-8 text.'}")
             return
         self._begin(name, stated, text)
         self._controls()
@@ -293,6 +300,7 @@ class Page:
 
     @property
     def dark(self) -> bool:
+        """Whether the page is dark."""
         return bool(self.mode.value)
 
     def _painted(self) -> None:
@@ -333,7 +341,7 @@ class Page:
     def _spoken(self) -> Any:
         return _Spoken(self._say)
 
-    def _say(self, sentence: str, kind: str = "warning") -> None:
+    def _say(self, sentence: str, kind: Any = "warning") -> None:
         with self.client:
             ui.notify(sentence[:1].upper() + sentence[1:], type=kind, timeout=7000, multi_line=len(sentence) > 60)
 
@@ -448,7 +456,11 @@ class Page:
 
     def _failed(self, sentence: str) -> None:
         """Say why there is no new shape; the last one stays, in grey."""
-        self.state.set_text("No equilibrium was found here; the last shape stays, in grey." if self.frame else "No equilibrium was found.")
+        self.state.set_text(
+            "No equilibrium was found here; the last shape stays, in grey."
+            if self.frame
+            else "No equilibrium was found."
+        )
         self._state_class("bad")
         self.detail.set_text(sentence[:1].upper() + sentence[1:])
         self.scene.greyed(True)
@@ -488,9 +500,8 @@ class Page:
         if not await self._undisturbed(QUIET):
             return
         generation = self.generation
-        with self.client:
-            with suppress(InvalidInput):
-                ui.run_javascript(f"history.replaceState(history.state, '', {'?' + self._query()!r})")
+        with self.client, suppress(InvalidInput):
+            ui.run_javascript(f"history.replaceState(history.state, '', {'?' + self._query()!r})")
         if self.compare.value and self.session.shown is not None and not self.session.pending:
             with self.client:
                 self.theories.clear()
@@ -507,12 +518,16 @@ class Page:
             ui.label("Distance from the rod shown, over its length").classes("dx-detail")
             for colour, theory in zip(COLOURS, found, strict=True):
                 with ui.element("div").classes("dx-theory"):
-                    ui.element("div").classes("dx-swatch").style(f"background: {colour if theory.shape else 'transparent'}")
+                    ui.element("div").classes("dx-swatch").style(
+                        f"background: {colour if theory.shape else 'transparent'}"
+                    )
                     ui.label(theory.name)
                     ui.label("" if theory.distance is None else f"{theory.distance:.1e}").classes("dx-value")
                     if theory.words:
                         ui.label(theory.words).classes("dx-words")
-        self.scene.others([(c, theory.shape) for c, theory in zip(COLOURS, found, strict=True) if theory.shape is not None])
+        self.scene.others(
+            [(c, theory.shape) for c, theory in zip(COLOURS, found, strict=True) if theory.shape is not None]
+        )
 
 
 class _Spoken:

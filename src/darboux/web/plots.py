@@ -12,7 +12,10 @@ from darboux.web.shape import Fields
 
 Array = NDArray[np.float64]
 
-COLOURS = {False: ("#0072b2", "#d55e00", "#009e73"), True: ("#56b4e9", "#ff8c42", "#2ccb9b")}  # told apart by the colour-blind; dashes and widths tell them in grey
+COLOURS = {
+    False: ("#0072b2", "#d55e00", "#009e73"),
+    True: ("#56b4e9", "#ff8c42", "#2ccb9b"),
+}  # told apart by the colour-blind; dashes and widths tell them in grey
 DASHES: tuple[Any, ...] = ("solid", [7, 3], [2, 2])
 INK = {False: ("#3a3f45", "#e3e5e7"), True: ("#c9ced3", "#33383d")}
 PREFIXES = {1e9: "G", 1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "\N{MICRO SIGN}", 1e-9: "n", 1e-12: "p"}
@@ -53,7 +56,11 @@ class Plots:
         """Draw for a dark or a light page."""
         self.dark = dark
         ink, grid = INK[dark]
-        axis = {"axisLabel": {"color": ink}, "axisLine": {"lineStyle": {"color": ink}}, "splitLine": {"lineStyle": {"color": grid}}}
+        axis = {
+            "axisLabel": {"color": ink},
+            "axisLine": {"lineStyle": {"color": ink}},
+            "splitLine": {"lineStyle": {"color": grid}},
+        }
         self.chart.run_chart_method(
             "setOption",
             {
@@ -69,7 +76,9 @@ class Plots:
         text = {"color": ink, "fontSize": 12, "fontWeight": "normal", "rich": _bold(False)}
         lines = {"splitLine": {"lineStyle": {"color": grid}}, "axisLine": {"lineStyle": {"color": ink}}}
         small = {"color": ink, "fontSize": 11, "hideOverlap": True}
-        names = [f"{name}{index}" for name in "kM" for index in "\N{SUBSCRIPT ONE}\N{SUBSCRIPT TWO}\N{SUBSCRIPT THREE}"] + ["e"]
+        names = [
+            f"{name}{index}" for name in "kM" for index in "\N{SUBSCRIPT ONE}\N{SUBSCRIPT TWO}\N{SUBSCRIPT THREE}"
+        ] + ["e"]
         return {
             "animation": False,
             "title": [{"text": "", "top": f"{top - 6}%", "left": 4, "textStyle": text} for top, _ in LEVELS],
@@ -88,7 +97,8 @@ class Plots:
                 for i in range(3)
             ],
             "yAxis": [
-                {"gridIndex": i, "type": "value", "scale": i < 2, "splitNumber": 3, "axisLabel": small, **lines} for i in range(3)
+                {"gridIndex": i, "type": "value", "scale": i < 2, "splitNumber": 3, "axisLabel": small, **lines}
+                for i in range(3)
             ],
             "series": [
                 {

@@ -92,14 +92,18 @@ class Quantity:
             value = float(text) * self.factor if _plain(text) else units.si(text, self.si)
         except ValueError as error:
             raise InvalidInput(
-                f"{self.label} is {shown(text)}; {error}." if text else f"{self.label} is empty; give a number in {self.unit}."
+                f"{self.label} is {shown(text)}; {error}."
+                if text
+                else f"{self.label} is empty; give a number in {self.unit}."
             ) from None
         return self.checked(value)
 
     def checked(self, value: float) -> float:
         """Return a value that this page takes, or raise ``InvalidInput``."""
         if self.geometric and value <= 0.0:
-            raise InvalidInput(f"{self.label} is {self.text(value)} {self.unit}; it must be positive.".replace("  ", " "))
+            raise InvalidInput(
+                f"{self.label} is {self.text(value)} {self.unit}; it must be positive.".replace("  ", " ")
+            )
         low, high = self.bounds
         if not low <= value <= high:
             raise InvalidInput(
@@ -134,7 +138,7 @@ def changed(problem: Equilibrium, quantities: tuple[Quantity, ...], values: dict
     """Return the problem with these values, by key, in SI. Raises ``InvalidInput`` as the descriptions do."""
     tree: dict[Any, Any] = {}
     for quantity in quantities:
-        value = values.get(quantity.key, quantity.value)
+        value: Any = values.get(quantity.key, quantity.value)
         if value == quantity.value:
             continue
         if quantity.key == "distance":
@@ -143,7 +147,7 @@ def changed(problem: Equilibrium, quantities: tuple[Quantity, ...], values: dict
         for part in quantity.path[:-1]:
             branch = branch.setdefault(part, {})
         branch[quantity.path[-1]] = value
-    return _grafted(problem, tree) if tree else problem  # type: ignore[no-any-return]
+    return _grafted(problem, tree) if tree else problem
 
 
 def _grafted(value: Any, tree: Any) -> Any:
@@ -180,7 +184,9 @@ def _of_rod(problem: Equilibrium) -> list[Quantity]:
         for name in ("radius", "pitch"):
             value = getattr(natural, name)
             if value > 0.0:
-                found.append(_ratio(f"helix.{name}", "Natural shape", f"helix {name}", "m", value, 3.0, ("rod", "natural", name)))
+                found.append(
+                    _ratio(f"helix.{name}", "Natural shape", f"helix {name}", "m", value, 3.0, ("rod", "natural", name))
+                )
     elif natural is None or isinstance(natural, tuple):
         for i, value in enumerate(natural or (0.0, 0.0, 0.0)):
             label = "twist" if i == 2 else f"curvature {i + 1}"
@@ -261,7 +267,9 @@ def _words(name: str) -> str:
     return WORDS.get(name, name.replace("_", " "))
 
 
-def _ratio(key: str, group: str, label: str, si: str, value: float, ratio: float, path: tuple[str | int, ...]) -> Quantity:
+def _ratio(
+    key: str, group: str, label: str, si: str, value: float, ratio: float, path: tuple[str | int, ...]
+) -> Quantity:
     return Quantity(key, group, label, si, *_shown(si, value), value, value / ratio, value * ratio, True, path)
 
 

@@ -118,5 +118,7 @@ def corner(problem: Equilibrium) -> list[dict[str, Any]]:
     return found
 
 
-def _arrow(kind: str, at: float, vector: tuple[float, ...], follower: bool, size: float, width: float) -> dict[str, Any]:
+def _arrow(
+    kind: str, at: float, vector: tuple[float, ...], follower: bool, size: float, width: float
+) -> dict[str, Any]:
     return {"kind": kind, "at": at, "vector": list(vector), "follower": follower, "size": size, "width": width}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import socket
 from collections.abc import Callable, Mapping
@@ -24,7 +25,8 @@ def free_port(host: str, port: int) -> int:
             trial.bind((host, port))
         except OSError as error:
             raise InvalidInput(
-                f"port {port} of {host} can't be had ({error.strerror or error}); choose another, as in --port {(port or 8080) + 1}."
+                f"port {port} of {host} can't be had ({error.strerror or error}); choose another, as in "
+                f"--port {(port or 8080) + 1}."
             ) from None
         except OverflowError:
             raise InvalidInput(f"port is {port}; it must lie between 0 and 65535.") from None
@@ -34,7 +36,7 @@ def free_port(host: str, port: int) -> int:
 def serve(shelf: Mapping[str, Any], host: str, port: int, ready: Callable[[str], None]) -> None:
     """Serve the page until Ctrl-C; ``ready`` is called with its address when it can be opened."""
     os.environ.setdefault("MPLBACKEND", "Agg")
-    from nicegui import app, ui
+    from nicegui import app, background_tasks, ui
     from starlette.middleware.trustedhost import TrustedHostMiddleware
 
     from darboux.web.page import Page
@@ -42,7 +44,9 @@ def serve(shelf: Mapping[str, Any], host: str, port: int, ready: Callable[[str],
 
     port = free_port(host, port)
     workers = Workers(max(2, os.cpu_count() or 1))
-    address = f"http://{f'[{host}]' if ':' in host else 'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{port}"
+    address = (
+        f"http://{f'[{host}]' if ':' in host else 'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{port}"
+    )
 
     @ui.page("/", title="darboux: a rod", dark=None)
     def page() -> None:
@@ -52,7 +56,13 @@ def serve(shelf: Mapping[str, Any], host: str, port: int, ready: Callable[[str],
     if host in LOOPBACK:  # a page elsewhere can't reach this one by a name of its own
         app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     app.add_middleware(Bounded)
-    app.on_startup(lambda: ready(address))
+
+    async def announced() -> None:
+        while not await _open(host, port):
+            await asyncio.sleep(0.02)
+        ready(address)
+
+    app.on_startup(lambda: background_tasks.create(announced()))
     workers.submit(_warm, next(iter(shelf.values())).scenario.problem)
     ui.run(
         host=host,
@@ -66,6 +76,16 @@ def serve(shelf: Mapping[str, Any], host: str, port: int, ready: Callable[[str],
         uvicorn_logging_level="error",
         timeout_graceful_shutdown=1,
     )
+
+
+async def _open(host: str, port: int) -> bool:
+    """Return whether the server answers yet."""
+    try:
+        _, writer = await asyncio.open_connection(host, port)
+    except OSError:
+        return False
+    writer.close()
+    return True
 
 
 class Bounded:

@@ -167,7 +167,12 @@ class Session:
         return dataclasses.replace(self.scenario, problem=self.problem, motion=None, motion_method=None)
 
     def _taken(
-        self, solution: EquilibriumSolution, values: dict[str, float], wanted: dict[str, float], began: float, **more: Any
+        self,
+        solution: EquilibriumSolution,
+        values: dict[str, float],
+        wanted: dict[str, float],
+        began: float,
+        **more: Any,
     ) -> Frame | Failure:
         """Return a solution as what is shown from now on."""
         if not solution.converged:

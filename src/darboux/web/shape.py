@@ -19,7 +19,9 @@ Array = NDArray[np.float64]
 
 SAMPLES = 101  # sections that are drawn
 AROUND = 16  # points of an outline
-THINNEST = 0.006  # half of a section's larger side over the picture's size: thinner rods are drawn thicker, and this is said
+THINNEST = (
+    0.006  # half of a section's larger side over the picture's size: thinner rods are drawn thicker, and this is said
+)
 PLOTTED = 2  # every second section
 
 

@@ -86,7 +86,7 @@ def pictures(trajectory: Trajectory) -> list[Shape]:
 def guess(trajectory: Trajectory, problem: Equilibrium) -> EquilibriumSolution:
     """Return the last shape of a motion as if it were an equilibrium: what Newton's method sets out from.
 
-        M = B (k - k0),   n = n0 - int f ds,   with n0 such that m' + r' x n + l = 0 as nearly as can be
+    M = B (k - k0),   n = n0 - int f ds,   with n0 such that m' + r' x n + l = 0 as nearly as can be
     """
     from scipy.interpolate import CubicSpline
 

@@ -55,6 +55,8 @@ def readable_error(value: float) -> str:
 
 
 def _vector(r: np.ndarray[tuple[int], np.dtype[np.float64]], length: float) -> str:
-    unit, factor = next((u, f) for u, f in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("nm", 0.0)) if length >= f)
+    unit, factor = next(
+        (u, f) for u, f in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("nm", 0.0)) if length >= f
+    )
     values = ", ".join(f"{0.0 if abs(x) < 1e-9 * length else x / (factor or 1e-9):.4g}" for x in r)
     return f"({values}) {unit.replace('u', chr(0xB5))}"
