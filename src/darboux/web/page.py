@@ -29,11 +29,12 @@ from darboux.web.workers import Workers
 
 CSS = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
 STEPS = 1000  # of a slider
-OFTEN = 0.02  # s between a slider's messages
+OFTEN = 0.025  # s between a slider's messages
 AHEAD = 2  # frames on their way to the browser
 PATIENCE = 2.0  # s after which a frame counts as lost
 PICTURE = 1.0 / 30.0  # s that a picture of a snap is shown
 SPOKEN = 0.12  # s between two sets of numbers and plots while a slider moves: no eye reads faster
+REMEMBERED = 8.0  # s that a snap is spoken of
 QUIET = 0.4  # s of rest after which the address is brought up to date
 COLOURS = ("#e69f00", "#009e73", "#cc79a7")  # of the other theories
 WAITING = "Solving: a first solve, or a hard one, takes a few seconds."
@@ -82,9 +83,12 @@ class Control:
         if event.value == self.at:
             return
         self.at = event.value
-        value = self.quantity.at(self.at / STEPS)
-        self.field.set_value(self.quantity.text(value))
-        self._ask(value)
+        self._ask(self.quantity.at(self.at / STEPS))
+        self.page.moved.add(self)
+
+    def show(self) -> None:
+        """Bring the field up to the slider, or to the last value that could be taken."""
+        self.field.set_value(self.quantity.text(self.quantity.at(self.at / STEPS)))
 
     def _typed(self) -> None:
         text = self.field.value or ""
@@ -128,6 +132,9 @@ class Page:
         self.frame: Frame | None = None
         self.camera: tuple[float, ...] = ()
         self.untold: Frame | None = None
+        self.moved: set[Control] = set()  # whose fields are not up to their sliders yet
+        self.snapped = "", 0.0  # what was last said of a snap, and until when it stands
+        self.grey = False
         self.acting: Any = None  # what the signs at the rod, and the unloaded rod, were last drawn for
         self.laid: Any = None
         self.told = 0.0
@@ -387,42 +394,46 @@ class Page:
             with self.client:
                 self._failed(event.words)
             return
-        length = event.solution.problem.rod.length
-        if self.frame is None:
-            self.relative_size = event.shape.size / length
-        self.size = self.relative_size * length
-        ready = await self.workers.run(_prepared, event, self.size)
-        await self._show(event, *ready)
+        await self._show(event)
 
-    async def _show(self, frame: Frame, section: Outline, ghost: Shape | None) -> None:
+    async def _show(self, frame: Frame) -> None:
         """Show a solution, after the way to it."""
-        new, first = section != self.outline, self.frame is None
+        problem, first, now = frame.solution.problem, self.frame is None, asyncio.get_running_loop().time()
+        if first:
+            self.relative_size = frame.shape.size / problem.rod.length
+        size = self.relative_size * problem.rod.length
+        section = outline(problem.rod, size)
+        new = first or section != self.outline
         self.frame, self.outline = frame, section
         with self.client:
             if frame.way:
+                self.snapped = frame.words, now + REMEMBERED
                 self.state.set_text("The rod snaps ...")
                 self._state_class("unknown")
             for shape in frame.way:
                 await self._sent(shape)
                 await asyncio.sleep(PICTURE)
-            acting = _acting(frame.solution.problem)
+            acting = _acting(problem)
             if first or acting != self.acting:
-                self.scene.acting(frame.solution.problem, self.size)
+                self.scene.acting(problem, size)
                 self.acting = acting
             if first and not self.camera:
                 self.scene.towards(frame.shape)
-            await self._sent(frame.shape, section if new or first else None)
-            laid = _unloaded_by(frame.solution.problem)
-            if first or new or laid != self.laid:
-                self.scene.unloaded(ghost)
+            await self._sent(frame.shape, section if new else None)
+            laid = _unloaded_by(problem)
+            if new or laid != self.laid:
+                self.scene.unloaded(await self.workers.run(unloaded, problem))
                 self.laid = laid
-            self.scene.greyed(False)
+            self._greyed(False)
         self.untold = frame
-        if asyncio.get_running_loop().time() - self.told > SPOKEN:
+        if now - self.told > SPOKEN:
             await self._tell()
 
     async def _tell(self) -> None:
-        """Bring the words, the numbers and the plots up to what is shown."""
+        """Bring the fields, the words, the numbers and the plots up to what is shown."""
+        for control in self.moved:
+            control.show()
+        self.moved.clear()
         if self.untold is None:
             return
         frame, self.untold = self.untold, None
@@ -433,10 +444,15 @@ class Page:
             text, kind = words.state(frame.solution)
             self.state.set_text(text)
             self._state_class(kind)
-            message = frame.solution.status.message
-            self.detail.set_text(frame.words or words.how(message))
+            sentence, until = self.snapped
+            self.detail.set_text(sentence if self.told < until else words.how(frame.solution.status.message))
             self._numbered(words.numbers(frame.solution, frame.fields, energy))
             self._note()
+
+    def _greyed(self, grey: bool) -> None:
+        if grey != self.grey:
+            self.grey = grey
+            self.scene.greyed(grey)
 
     async def _sent(self, shape: Shape, section: Outline | None = None) -> None:
         """Send a shape, when the browser has taken those before."""
@@ -463,7 +479,7 @@ class Page:
         )
         self._state_class("bad")
         self.detail.set_text(sentence[:1].upper() + sentence[1:])
-        self.scene.greyed(True)
+        self._greyed(True)
 
     def _waiting(self) -> None:
         with self.client:
@@ -496,6 +512,10 @@ class Page:
         """Compare the theories, where that is wanted, and bring the address up to date."""
         if not await self._undisturbed(SPOKEN):
             return
+        if self.grey and self.session.values == self.session.wanted:  # back where there is a shape
+            self.untold = self.frame
+            with self.client:
+                self._greyed(False)
         await self._tell()
         if not await self._undisturbed(QUIET):
             return
@@ -544,12 +564,6 @@ class _Spoken:
             self.say(str(error))
             return True
         return False
-
-
-def _prepared(frame: Frame, size: float) -> tuple[Outline, Shape | None]:
-    """Return what else is drawn of a frame: the section and the unloaded rod."""
-    problem = frame.solution.problem
-    return outline(problem.rod, size), unloaded(problem)
 
 
 def _unloaded_by(problem: Any) -> Any:

@@ -143,7 +143,9 @@ function letter(text, colour) {
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   pen.fillText(text, 32, 34);
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false }));
+  const map = new THREE.CanvasTexture(canvas);
+  map.colorSpace = THREE.SRGBColorSpace;
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false }));
   sprite.scale.set(0.62, 0.62, 1);
   return sprite;
 }
@@ -168,7 +170,8 @@ export default {
     this.corner.add(new THREE.AmbientLight(0xffffff, 3));
     this.material = new THREE.MeshLambertMaterial({ vertexColors: true });
     this.rod = new Tube(this.material);
-    this.ghost = new Tube(new THREE.MeshBasicMaterial());
+    this.ghost = new Tube(new THREE.MeshBasicMaterial({ depthWrite: false })); // behind all else
+    this.ghost.mesh.renderOrder = -1;
     this.scene.add(this.rod.mesh, this.ghost.mesh);
     this.rod.mesh.visible = this.ghost.mesh.visible = false;
     try {
@@ -484,7 +487,7 @@ export default {
       right.normalize();
       above.crossVectors(backward, right);
       const low = [1e30, 1e30, 1e30], high = [-1e30, -1e30, -1e30];
-      for (const data of [this.data, this.still])
+      for (const data of [this.data, this.still, this.reach()])
         for (let i = 0; data && i < data.length; i += 9) {
           const p = [right, above, backward].map((a) => a.x * data[i] + a.y * data[i + 1] + a.z * data[i + 2]);
           for (let c = 0; c < 3; c++) [low[c], high[c]] = [Math.min(low[c], p[c]), Math.max(high[c], p[c])];
@@ -492,6 +495,16 @@ export default {
       const middle = low.map((x, c) => 0.5 * (x + high[c]));
       const centre = right.clone().multiplyScalar(middle[0]).addScaledVector(above, middle[1]).addScaledVector(backward, middle[2]);
       return { centre, wide: high[0] - low[0], tall: high[1] - low[1] };
+    },
+    // The far ends of the arrows, each in place of a section.
+    reach() {
+      const n = this.data.length / 9, places = [];
+      for (const { kind, at, vector, size, follower } of this.glyphs) {
+        if (!vector || follower || kind === "slide") continue;
+        const o = 9 * Math.round(at * (n - 1)), way = new THREE.Vector3(...vector).setLength((kind === "press" ? -size : size) * this.size);
+        places.push(this.data[o] + way.x, this.data[o + 1] + way.y, this.data[o + 2] + way.z, 0, 0, 0, 0, 0, 0);
+      }
+      return places;
     },
     needed() {
       const { centre, wide, tall } = this.extent(), { clientWidth: w, clientHeight: h } = this.$el;
