@@ -33,7 +33,7 @@ OFTEN = 0.025  # s between a slider's messages
 AHEAD = 2  # frames on their way to the browser
 PATIENCE = 2.0  # s after which a frame counts as lost
 PICTURE = 1.0 / 30.0  # s that a picture of a snap is shown
-SPOKEN = 0.12  # s between two sets of numbers and plots while a slider moves: no eye reads faster
+SPOKEN = 0.25  # s between two sets of numbers and plots while a slider moves: no eye reads faster
 REMEMBERED = 8.0  # s that a snap is spoken of
 QUIET = 0.4  # s of rest after which the address is brought up to date
 COLOURS = ("#e69f00", "#009e73", "#cc79a7")  # of the other theories
@@ -51,7 +51,7 @@ class Entry:
 class Slider(ValueElement[float], DisableableElement):
     """Quasar's slider, whose thumb the browser moves by itself and which speaks often enough for an animation."""
 
-    LOOPBACK = False
+    LOOPBACK = None  # else the browser lays the whole page anew for each message
 
     def __init__(self, value: float, on_change: Any) -> None:
         super().__init__(tag="q-slider", value=value, on_value_change=on_change, throttle=OFTEN)
@@ -149,6 +149,7 @@ class Page:
         complaint = self._first() or complaint
         if complaint:
             ui.notify(complaint[:1].upper() + complaint[1:], type="warning", timeout=9000, multi_line=True)
+        client.on_delete(self.wake.set)  # so that the work ends with the page
         background_tasks.create(self._work(), name="a rod")
 
     # -- what there is to see ------------------------------------------------------------------------------------------
@@ -358,19 +359,25 @@ class Page:
         """Solve what is asked for, one step after the other, and rest when all is shown."""
         await self.client.connected()
         await self._settle_mode()
-        while not self.client._deleted:
+        while not self._gone():
             await self.wake.wait()
             self.wake.clear()
             try:
-                while self.session.pending:
+                while self.session.pending and not self._gone():
                     await self._step(self.session)
                 await self._at_rest()
             except asyncio.CancelledError:
                 raise
             except Exception as error:  # noqa: BLE001  # whatever happens is said, and the page goes on
+                if self._gone():
+                    return
                 self.session.given_up = self.session.wanted
                 with self.client:
                     self._failed(f"A fault of darboux: {type(error).__name__}: {error}. Please report it.")
+
+    def _gone(self) -> bool:
+        """Return whether the visitor has left."""
+        return self.client.is_deleted
 
     async def _settle_mode(self) -> None:
         """Learn from the browser whether it likes dark pages, where neither the link nor the visitor has said so."""
@@ -387,7 +394,7 @@ class Page:
             event = await self.workers.run(session.step)
         finally:
             later.cancel()
-        if session is not self.session or self.client._deleted:
+        if session is not self.session or self._gone():
             return
         if isinstance(event, Failure):
             await self._tell()
@@ -505,7 +512,7 @@ class Page:
         try:
             await asyncio.wait_for(self.wake.wait(), seconds)
         except TimeoutError:
-            return not self.client._deleted
+            return not self._gone()
         return False
 
     async def _at_rest(self) -> None:
@@ -528,7 +535,7 @@ class Page:
                 with self.theories:
                     ui.label("Solving by the other theories ...").classes("dx-detail")
             found = await self.workers.run(self.session.compare, self.session.shown)
-            if generation == self.generation and not self.client._deleted:
+            if generation == self.generation and not self._gone():
                 with self.client:
                     self._overlaid(found)
 
