@@ -18,6 +18,7 @@ import pytest
 import darboux as dx
 from darboux import scenario
 from darboux.cli.new import TEMPLATES
+from darboux.cli.serve import _shelf
 from darboux.errors import InvalidInput
 from darboux.scenario import Scenario
 from darboux.statics.solve import solve
@@ -378,3 +379,13 @@ def test_a_scenario_of_a_visitor_is_data(tmp_path: Path) -> None:
     text = f"[rod]\nlength = 1\nsection = {section}\nmaterial = 'steel'\n"
     with pytest.raises(InvalidInput, match="needs a scenario that is a file itself"):
         scenario.parse(text)
+
+
+def test_a_file_of_one_s_own_stands_first(tmp_path: Path) -> None:
+    stated("ring").write(tmp_path / "mine.toml")
+    shelf = _shelf(tmp_path / "mine.toml", anywhere=False)
+    assert list(shelf) == ["mine", *(name for name in TEMPLATES if name != "falling")]  # that one is a motion
+    assert shelf["mine"].scenario == stated("ring")
+    (tmp_path / "mine.toml").write_text("[rod]\nlength = '1 kg'\n")
+    with pytest.raises(InvalidInput, match=r"mine.toml, line 2: rod.length is '1 kg'"):
+        _shelf(tmp_path / "mine.toml", anywhere=False)
