@@ -113,7 +113,7 @@ def test_what_may_not_be_typed_is_said(text: str, sentence: str) -> None:
 
 def test_readable_units() -> None:
     assert quantities.readable(1.234e-4, "N m") == "123.4 \N{MICRO SIGN}N m"
-    assert quantities.readable(0.0, "J") == "0 nJ"
+    assert quantities.readable(0.0, "J") == "0 J"
     assert quantities.readable(2.5e-2, "m") == "2.5 cm"
     assert quantities.pretty("kg/m^3") == "kg/m\N{SUPERSCRIPT THREE}"
 
@@ -239,6 +239,16 @@ def test_an_arch_snaps_through_in_motion_and_stays_there() -> None:
     assert np.max(np.abs(snap.way[-1].r - snap.shape.r)) < 0.01 * 0.3  # which ends at the equilibrium
     session.ask("load1.force.z", 0.0)
     assert rest(session).solution.r(0.15)[2] < -0.04  # and unloaded it does not come back
+
+
+def test_values_of_a_link_that_no_cold_solve_reaches_are_gone_to_from_the_scenario_s_own() -> None:
+    session = Session("ring", stated("ring"))
+    assert session.ask_all({"link": 3.4, "k0.2": 30.0}) == []
+    assert not solve(session.problem, METHOD, throw=False).converged
+    first = session.step()
+    assert isinstance(first, Frame)
+    assert first.solution.problem == session.base
+    assert session.pending
 
 
 def test_several_visitors_do_not_disturb_each_other() -> None:

@@ -485,7 +485,7 @@ class Page:
             else "No equilibrium was found."
         )
         self._state_class("bad")
-        self.detail.set_text(sentence[:1].upper() + sentence[1:])
+        self.detail.set_text(words.failure(sentence))
         self._greyed(True)
 
     def _waiting(self) -> None:

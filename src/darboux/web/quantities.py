@@ -295,7 +295,7 @@ def _factor(name: str, si: str) -> float:
 
 def readable(value: float, si: str) -> str:
     """Return a value in SI with a unit in which it is read easily, as in "12.3 mN"."""
-    unit, factor = _shown(si, abs(value))
+    unit, factor = _shown(si, abs(value)) if value else (si, 1.0)
     return f"{value / factor:.4g} {pretty(unit)}"
 
 

@@ -410,18 +410,19 @@ export default {
       this.corner.clear();
       this.corner.add(new THREE.AmbientLight(0xffffff, 3));
       const up = new THREE.Vector3(0, 1, 0);
-      const axis = (vector, text, colour, length) => {
+      const axis = (vector, text, colour, length, aside) => {
         const direction = new THREE.Vector3(...vector).normalize();
         const shown = arrow(new THREE.MeshBasicMaterial({ color: colour }), length, 0.075);
         shown.quaternion.setFromUnitVectors(up, direction);
         const name = letter(text, colour);
-        name.position.copy(direction.multiplyScalar(length + 0.26));
+        name.position.copy(direction).multiplyScalar(aside ? 0.55 * length : length + 0.26);
+        if (aside) name.position.add(Math.abs(direction.x) > 0.7 ? new THREE.Vector3(0, 0, -0.3) : new THREE.Vector3(-0.32, 0, 0));
         this.corner.add(shown, name);
       };
       axis([1, 0, 0], "x", colours.ink, 1);
       axis([0, 1, 0], "y", colours.ink, 1);
       axis([0, 0, 1], "z", colours.ink, 1);
-      for (const { letter: text, vector } of this.cornered || []) axis(vector, text, colours.load, 0.8);
+      for (const { letter: text, vector } of this.cornered || []) axis(vector, text, colours.load, 0.8, true);
       for (const glyph of this.glyphs) this.scene.remove(glyph.object);
       this.glyphs = (this.stated || []).map((stated) => ({ ...stated, object: this.glyph(stated, colours) }));
       for (const glyph of this.glyphs) this.scene.add(glyph.object);

@@ -129,7 +129,7 @@ class Session:
         """Go towards what is asked, as far as the shape next to what is shown goes; beyond its end, by a snap."""
         wanted, before, began = self.wanted, self.shown, time.perf_counter()
         if before is None:
-            return self._taken(solve(self.problem, METHOD, throw=False), wanted, wanted, began)
+            return self._begun(wanted, began)
         way = max(abs(q.place(wanted[q.key]) - q.place(self.values[q.key])) for q in self.quantities)
         while True:
             stride = min(way, self._stride)
@@ -165,6 +165,14 @@ class Session:
     def result(self) -> Scenario:
         """Return the scenario as it is now asked for, for a file."""
         return dataclasses.replace(self.scenario, problem=self.problem, motion=None, motion_method=None)
+
+    def _begun(self, wanted: dict[str, float], began: float) -> Frame | Failure:
+        """Return the first shape: what is asked for, or the scenario's own where a link's values are too far for one go."""
+        own = {quantity.key: quantity.value for quantity in self.quantities}
+        found = solve(self.problem, METHOD, throw=False)
+        if found.converged or wanted == own:
+            return self._taken(found, wanted, wanted, began)
+        return self._taken(solve(self.base, METHOD, throw=False), own, wanted, began)
 
     def _taken(
         self,

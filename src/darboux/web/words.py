@@ -8,6 +8,8 @@ from darboux.solution import EquilibriumSolution
 from darboux.web.quantities import readable
 from darboux.web.shape import Fields
 
+NOTHING = 1e-9  # of the length: shown as zero
+
 
 def state(solution: EquilibriumSolution) -> tuple[str, str]:
     """Return the stability in words, and how it is to be taken: "good", "bad" or "unknown"."""
@@ -27,6 +29,12 @@ def how(message: str) -> str:
     return message[:1].upper() + message[1:]
 
 
+def failure(message: str) -> str:
+    """Return why there is no shape, without what only a program can do about it."""
+    message = message.partition(" The last equilibrium is in .solution")[0]
+    return message[:1].upper() + message[1:]
+
+
 def numbers(solution: EquilibriumSolution, fields: Fields, energy: float) -> list[tuple[str, str]]:
     """Return names and values of what a reader looks at first."""
     place = solution.curve.y[0 if solution.problem.end.holds and not solution.problem.start.holds else -1, :3]
@@ -35,7 +43,7 @@ def numbers(solution: EquilibriumSolution, fields: Fields, energy: float) -> lis
     moment = float(np.max(np.linalg.norm(fields.M, axis=1)))
     return [
         ("end of the rod", _vector(place, solution.problem.rod.length)),
-        ("from end to end", readable(apart, "m")),
+        ("from end to end", readable(apart if apart > NOTHING * solution.problem.rod.length else 0.0, "m")),
         ("largest moment", readable(moment, "N m")),
         ("largest |k|", f"{bent:.4g} 1/m"),
         ("elastic energy", readable(energy, "J")),
@@ -58,5 +66,5 @@ def _vector(r: np.ndarray[tuple[int], np.dtype[np.float64]], length: float) -> s
     unit, factor = next(
         (u, f) for u, f in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("nm", 0.0)) if length >= f
     )
-    values = ", ".join(f"{0.0 if abs(x) < 1e-9 * length else x / (factor or 1e-9):.4g}" for x in r)
+    values = ", ".join(f"{0.0 if abs(x) < NOTHING * length else x / (factor or 1e-9):.4g}" for x in r)
     return f"({values}) {unit.replace('u', chr(0xB5))}"
