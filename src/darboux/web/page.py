@@ -135,8 +135,7 @@ class Page:
         self.moved: set[Control] = set()  # whose fields are not up to their sliders yet
         self.snapped = "", 0.0  # what was last said of a snap, and until when it stands
         self.grey = False
-        self.acting: Any = None  # what the signs at the rod, and the unloaded rod, were last drawn for
-        self.laid: Any = None
+        self.laid: Any = None  # what the unloaded rod was last drawn for
         self.told = 0.0
         self.text = ""  # of a scenario that the visitor brought
         self.drawn: deque[float] = deque(maxlen=20)
@@ -420,10 +419,7 @@ class Page:
             for shape in frame.way:
                 await self._sent(shape)
                 await asyncio.sleep(PICTURE)
-            acting = _acting(problem)
-            if first or acting != self.acting:
-                self.scene.acting(problem, size)
-                self.acting = acting
+            self.scene.acting(problem, size)
             if first and not self.camera:
                 self.scene.towards(frame.shape)
             await self._sent(frame.shape, section if new else None)
@@ -576,11 +572,6 @@ class _Spoken:
 def _unloaded_by(problem: Any) -> Any:
     """Return what the unloaded rod depends on."""
     return problem.rod.length, problem.rod.natural, problem.start, problem.end
-
-
-def _acting(problem: Any) -> Any:
-    """Return what the glyphs of supports and loads depend on."""
-    return problem.rod.length, problem.start, problem.end, problem.loads, problem.between
 
 
 def _file_of(solution: Any) -> bytes:

@@ -407,6 +407,12 @@ export default {
       const colours = this.colours();
       this.recoloured();
       this.ghost.mesh.material.color.set(colours.ghost);
+      for (const old of [this.corner, ...this.glyphs.map((glyph) => glyph.object)])
+        old.traverse((part) => {
+          part.geometry?.dispose();
+          part.material?.map?.dispose();
+          part.material?.dispose();
+        });
       this.corner.clear();
       this.corner.add(new THREE.AmbientLight(0xffffff, 3));
       const up = new THREE.Vector3(0, 1, 0);

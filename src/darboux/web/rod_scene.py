@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -21,6 +22,8 @@ class RodScene(Element, component="rod_scene.js"):
     def __init__(self, on_received: Callable[[int], None], on_camera: Callable[[tuple[float, ...]], None]) -> None:
         super().__init__()
         self.props["dark"] = False
+        self._signs: Any = None
+        self._size = math.inf
         self.on("received", lambda event: on_received(int(event.args)))
         self.on("camera", lambda event: on_camera(tuple(map(float, event.args))))
 
@@ -33,8 +36,11 @@ class RodScene(Element, component="rod_scene.js"):
         self.run_method("unloaded", "" if shape is None else shape.packed)
 
     def acting(self, problem: Equilibrium, size: float) -> None:
-        """Show what holds and loads the rod, by signs that suit a picture of ``size`` m."""
-        self.run_method("acting", glyphs(problem), corner(problem), size)
+        """Show what holds and loads the rod, by signs that suit a picture of ``size`` m, where they are not there yet."""
+        signs = glyphs(problem), corner(problem)
+        if signs != self._signs or not 0.8 < size / self._size < 1.25:
+            self._signs, self._size = signs, size
+            self.run_method("acting", *signs, size)
 
     def others(self, shapes: Sequence[tuple[str, Shape]]) -> None:
         """Draw other answers, each in its colour, over the rod."""
@@ -91,7 +97,7 @@ def glyphs(problem: Equilibrium) -> list[dict[str, Any]]:
         else:
             axis = support.displacement_axes[:, 0]
             follower = support.sliding == "section"
-            found.append({"kind": "slide", "at": at, "follower": follower, "vector": axis.tolist()})
+            found.append({"kind": "slide", "at": at, "follower": follower, "vector": _unit(axis)})
     for load in problem.loads:
         force, moment = getattr(load, "force", None), getattr(load, "moment", None)
         place = getattr(load, "at", None)
@@ -114,11 +120,18 @@ def corner(problem: Equilibrium) -> list[dict[str, Any]]:
         for name, letter in (("g", "g"), ("field", "E"), ("omega", "\N{GREEK SMALL LETTER OMEGA}")):
             vector = getattr(load, name, None)
             if vector is not None and any(vector):
-                found.append({"letter": letter, "vector": list(vector)})
+                found.append({"letter": letter, "vector": _unit(vector)})
     return found
 
 
 def _arrow(
     kind: str, at: float, vector: tuple[float, ...], follower: bool, size: float, width: float
 ) -> dict[str, Any]:
-    return {"kind": kind, "at": at, "vector": list(vector), "follower": follower, "size": size, "width": width}
+    return {"kind": kind, "at": at, "vector": _unit(vector), "follower": follower, "size": size, "width": width}
+
+
+def _unit(vector: Any) -> list[float]:
+    """Return a direction to four digits, so that signs are drawn anew only where they are seen to turn."""
+    largest = max(abs(float(x)) for x in vector)
+    scaled = [float(x) / largest for x in vector]
+    return [round(x / math.hypot(*scaled), 4) for x in scaled]
