@@ -15,6 +15,7 @@ from darboux.cli.new import new
 from darboux.cli.paper import paper
 from darboux.cli.plot import plot
 from darboux.cli.schema import schema
+from darboux.cli.serve import serve
 from darboux.cli.shell import Command
 from darboux.cli.simulate import simulate
 from darboux.cli.solve import solve
@@ -39,6 +40,7 @@ EXAMPLES: dict[Any, str] = {
     schema: "darboux schema --out darboux.schema.json",
     doctor: "darboux doctor",
     warmup: "darboux warmup",
+    serve: "darboux serve cantilever.toml",
     paper: "darboux paper --only 5 --out my-figures",
 }
 for verb, example in EXAMPLES.items():

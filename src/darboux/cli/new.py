@@ -14,6 +14,7 @@ TEMPLATES = {
     "cantilever": "a rubber filament, clamped at one end, under its own weight",
     "helix": "a steel spring that hangs from one end, pulled at the other",
     "clamped-clamped": "a strip held at both ends, pushed together and twisted",
+    "arch": "a strip bowed up between two clamps, pressed down towards its snap",
     "hanging-cable": "a steel rope that sags between two masts",
     "spinning": "a filament that turns with its clamp",
     "falling": "a rubber filament let go from the horizontal, in syrup: a motion",

@@ -86,14 +86,23 @@ class Collocation:
                     raise
                 status = Status("stopped", load_path.stopped(stop.path))
                 found = _Found(stop.branch, status, stop.path.state.mesh, ErrorEstimate(), stop.path)
-            equations, mesh, path = found.equations, found.mesh, found.path
-            curve = equations.curve(mesh, path.load_factor)
+            return self._answer(problem, found, began)
+
+    def beside(self, problem: Equilibrium, start: EquilibriumSolution) -> EquilibriumSolution | None:
+        """Return the equilibrium that Newton's method reaches from another solution at once, or None: for small steps."""
+        began = time.perf_counter()
+        with np.errstate(all="ignore"):
+            found = self._next_to(problem, start)
+            return None if found is None else self._answer(problem, found, began)
+
+    def _answer(self, problem: Equilibrium, found: _Found, began: float) -> EquilibriumSolution:
+        equations, mesh, path = found.equations, found.mesh, found.path
         return EquilibriumSolution(
             problem,
             self,
             problem.rod.model,
             found.status,
-            curve,
+            equations.curve(mesh, path.load_factor),
             load_factor=path.load_factor,
             index=path.index,
             error=found.error,
