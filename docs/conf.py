@@ -32,7 +32,6 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_merge_streams = True
 nb_ipywidgets_js = {}  # they would come from elsewhere
-suppress_warnings = ["toc.empty_glob"]  # docs/validation.md is written by `make validate`
 
 autodoc_typehints = "none"  # a docstring says shape and unit, which types do not
 autodoc_member_order = "bysource"

@@ -31,9 +31,10 @@ def _names(what: str, thing: Any) -> list[str]:
 
 def _paragraph(text: str, names: list[str]) -> list[str]:
     """Return a paragraph, its arguments as a list where it says what they are."""
-    before, found, arguments = re.split(r"(^|(?<=\. ))Arguments?: ", text, maxsplit=1) if "Argument" in text else (text, None, "")
+    found = re.search(r"(?:^|(?<=\. ))Arguments?: ", text)
     if found is None or not names:
         return [_escaped(text), ""]
+    before, arguments = text[: found.start()], text[found.end() :]
     after = ""
     if ends := re.search(r"(?<=\.) ((?:Raises|Returns|Conservative|Source|The default is d_i)\b.*)", arguments):
         arguments, after = arguments[: ends.start()], ends.group(1)
@@ -48,7 +49,7 @@ def _rewritten(app: Sphinx, what: str, name: str, thing: Any, options: Any, line
     names, result = _names(what, thing), []
     for block in blocks:
         if block.startswith(" "):
-            result += ["::", "", *(f"    {line}" for line in inspect.cleandoc(block).splitlines()), ""]
+            result += [".. code-block:: text", "", *(f"    {line}" for line in inspect.cleandoc(block).splitlines()), ""]
         elif block.strip():
             result += _paragraph(" ".join(line.strip() for line in block.splitlines()), names)
     lines[:] = result

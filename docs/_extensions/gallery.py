@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import ast
+import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
-from sphinx.util.display import status_iterator
 
 INDEX = """# Gallery
 
@@ -26,10 +27,15 @@ def _make(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "gallery"
     folder.mkdir(exist_ok=True)
     scripts = sorted((Path(app.srcdir).parent / "examples").glob("*.py"))
+
+    def run(script: Path) -> subprocess.CompletedProcess[str]:
+        words = [sys.executable, str(script), str(folder / f"{script.stem}.png")]
+        return subprocess.run(words, capture_output=True, text=True, check=False)
+
     index = INDEX
-    for script in status_iterator(scripts, "running examples... ", length=len(scripts), stringify_func=lambda x: x.stem):
-        run = [sys.executable, str(script), str(folder / f"{script.stem}.png")]
-        done = subprocess.run(run, capture_output=True, text=True, check=False)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        runs = list(pool.map(run, scripts))
+    for script, done in zip(scripts, runs, strict=True):
         if done.returncode:
             raise ExtensionError(f"examples/{script.name} failed:\n{done.stderr}")
         title, _, text = (ast.get_docstring(ast.parse(script.read_text())) or "").partition("\n")

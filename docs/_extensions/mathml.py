@@ -10,8 +10,13 @@ from sphinx.application import Sphinx
 from sphinx.writers.html5 import HTML5Translator
 
 
+def _mathml(text: str, as_block: bool) -> str:
+    prime = '<mo lspace="0" rspace="0">\u2032</mo>'
+    return latex2mathml.tex2mathml(text, as_block=as_block).replace("<mo>'</mo>", prime)
+
+
 def _inline(self: HTML5Translator, node: nodes.math) -> None:
-    self.body.append(latex2mathml.tex2mathml(node.astext(), as_block=False))
+    self.body.append(_mathml(node.astext(), as_block=False))
     raise nodes.SkipNode
 
 
@@ -20,7 +25,7 @@ def _block(self: HTML5Translator, node: nodes.math_block) -> None:
     if "\\\\" in text and "\\begin" not in text:
         text = rf"\begin{{aligned}}{text}\end{{aligned}}"
     self.body.append(self.starttag(node, "div", CLASS="math"))
-    self.body.append(latex2mathml.tex2mathml(text, as_block=True))
+    self.body.append(_mathml(text, as_block=True))
     if node["number"]:
         self.body.append(f'<span class="eqno">({node["number"]})</span>')
         self.add_permalink_ref(node, "Link to this equation")
