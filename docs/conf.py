@@ -15,6 +15,7 @@ sys.path.insert(0, str(HERE / "_extensions"))
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 os.environ["MATPLOTLIBRC"] = str(HERE / "_static" / "matplotlibrc")
 os.environ["COLUMNS"] = "96"
+os.environ.pop("MPLBACKEND", None)  # a kernel takes its own, which puts figures into the page
 
 project = "darboux"
 author = "The darboux developers"

@@ -1,7 +1,7 @@
 """The vibrations of a cantilever.
 
-The natural frequencies of a clamped steel wire are beta^2 sqrt(EI / (rhoA L^4)) / (2 pi), with cos(beta) cosh(beta) = -1. The
-round wire has each of them twice, once for either plane.
+The natural frequencies of a clamped steel wire are beta^2 sqrt(EI / (rhoA L^4)) / (2 pi), with
+cos(beta) cosh(beta) = -1. The round wire has each of them twice, once for either plane.
 """
 
 import sys

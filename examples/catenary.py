@@ -1,7 +1,8 @@
 """The catenary: a cable that hardly bends.
 
-A cable between two ball joints hangs as a catenary, z = a cosh(x / a), where its bending stiffness is small: at w L^3 / EI = 1e4 its sag is
-the catenary's to some parts in 1e5. Three points, through which it might hang, spare the way from the unloaded rod.
+A cable between two ball joints hangs as a catenary, z = a cosh(x / a), where its bending stiffness
+is small: at w L^3 / EI = 1e4 its sag is the catenary's to some parts in 1e5. Three points, through
+which it might hang, spare the way from the unloaded rod.
 """
 
 import sys
@@ -21,7 +22,9 @@ cable = dx.solve(dx.Equilibrium(rod, **ends, loads=[dx.LineForce((0, 0, -weight)
 a = brentq(lambda a: 2.0 * a * np.sinh(span / (2.0 * a)) - 1.0, 0.1, 10.0)
 sag = a * (np.cosh(span / (2.0 * a)) - 1.0)
 found = -cable.r(0.5)[2]
-print(f"sag {found:.9f} L, of the catenary {sag:.9f} L; tension at the lowest point {cable.n(0.5)[0]:.1f}, w a = {weight * a:.1f}")
+print(
+    f"sag {found:.9f} L, of the catenary {sag:.9f} L; tension at the lowest point {cable.n(0.5)[0]:.1f}, w a = {weight * a:.1f}"
+)
 assert abs(found / sag - 1.0) < 1e-4
 assert abs(cable.n(0.5)[0] / (weight * a) - 1.0) < 1e-2
 

@@ -1,7 +1,8 @@
 """A charged filament in an electric field.
 
-A rubber filament with a charge per length, clamped horizontally, in a field that points upwards. Where the field carries the weight, charge x
-field = rho A g, the filament is straight; below it hangs, above it rises.
+A rubber filament with a charge per length, clamped horizontally, in a field that points upwards.
+Where the field carries the weight, charge x field = rho A g, the filament is straight; below it
+hangs, above it rises.
 """
 
 import sys

@@ -1,7 +1,7 @@
 """Euler's column: how far it buckles.
 
-A column that stands clamped at its foot buckles at Pcr = pi^2 EI / (4 L^2). Beyond it the height of its tip follows from
-elliptic integrals: P / Pcr = (2 K(k) / pi)^2, height / L = 2 E(k) / K(k) - 1.
+A column that stands clamped at its foot buckles at Pcr = pi^2 EI / (4 L^2). Beyond it the height of
+its tip follows from elliptic integrals: P / Pcr = (2 K(k) / pi)^2, height / L = 2 E(k) / K(k) - 1.
 
 Source: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed., 1927, art. 263.
 """

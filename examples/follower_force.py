@@ -1,7 +1,8 @@
 """A follower force: it turns with the tip.
 
-A force that stays across the tip has no potential. Seen from the tip, though, the problem is a pendulum's initial value problem: with
-sigma = L - s and psi the angle from the tip's tangent, psi'' = (P / EI) cos(psi), psi(0) = psi'(0) = 0. SciPy integrates it.
+A force that stays across the tip has no potential. Seen from the tip, though, the problem is a
+pendulum's initial value problem: with sigma = L - s and psi the angle from the tip's tangent, psi''
+= (P / EI) cos(psi), psi(0) = psi'(0) = 0. SciPy integrates it.
 """
 
 import sys
@@ -18,7 +19,10 @@ clamp = dx.Clamped(tangent=(1, 0, 0), d1=(0, 1, 0))  # d1 across the rod, upward
 
 def exact_tip(P):
     """From the pendulum: psi, its rate, and the tip seen from the clamp's place in the tip's frame."""
-    rates = lambda _, y: [y[1], P * np.cos(y[0]), np.cos(y[0]), -np.sin(y[0])]
+
+    def rates(_, y):
+        return [y[1], P * np.cos(y[0]), np.cos(y[0]), -np.sin(y[0])]
+
     psi, _, along, across = solve_ivp(rates, (0.0, 1.0), [0, 0, 0, 0], method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
     return np.cos(psi) * along - np.sin(psi) * across, np.sin(psi) * along + np.cos(psi) * across
 

@@ -1,7 +1,7 @@
 """Free flight: a rod thrown with a spin.
 
-Nothing holds the rod and nothing acts on it, so its momentum and its angular momentum are constants of the motion, however it bends.
-`ImplicitMidpoint` keeps both to rounding.
+Nothing holds the rod and nothing acts on it, so its momentum and its angular momentum are constants
+of the motion, however it bends. `ImplicitMidpoint` keeps both to rounding.
 """
 
 import sys

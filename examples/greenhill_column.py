@@ -1,7 +1,7 @@
 """Greenhill's column: how tall a tree may grow.
 
-A column under its own weight stands straight up to w L^3 / EI = (9/4) j^2 = 7.8373, j the first zero of the Bessel function of
-order -1/3. A taller one bends over.
+A column under its own weight stands straight up to w L^3 / EI = (9/4) j^2 = 7.8373, j the first
+zero of the Bessel function of order -1/3. A taller one bends over.
 
 Source: A. G. Greenhill, Proc. Camb. Phil. Soc. 4 (1881) 65.
 """

@@ -1,7 +1,7 @@
 """A guide wire: how hard it can be pushed.
 
-A nitinol wire runs through rings at equal distances l and is pushed at its end. It buckles from ring to ring at P = pi^2 EI / l^2, as
-each bay were a column between ball joints.
+A nitinol wire runs through rings at equal distances l and is pushed at its end. It buckles from
+ring to ring at P = pi^2 EI / l^2, as each bay were a column between ball joints.
 """
 
 import sys

@@ -1,7 +1,8 @@
 """A helix under its own weight.
 
-A rod of natural curvature (0, 10, 3) / L, clamped with its tangent downwards, GJ / EI = 3/4, for growing weight. The tips at w L^3 /
-EI = 20 and 200 are known to eleven digits, from an integration of high precision that shares no code with this library.
+A rod of natural curvature (0, 10, 3) / L, clamped with its tangent downwards, GJ / EI = 3/4, for
+growing weight. The tips at w L^3 / EI = 20 and 200 are known to eleven digits, from an integration
+of high precision that shares no code with this library.
 """
 
 import sys
@@ -28,5 +29,5 @@ for weight in (0.0, 20.0, 200.0):
 ax.set(xlabel="x / L", ylabel="y / L", zlabel="z / L")
 ax.set_aspect("equal")
 ax.locator_params(nbins=4)
-ax.legend(loc="upper left")
+ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=1)
 plt.savefig(sys.argv[1]) if sys.argv[1:] else plt.show()

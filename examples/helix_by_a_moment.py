@@ -1,8 +1,8 @@
 """A helix by an end moment: figure 6 of the paper.
 
-There is no force, so the moment m is the same vector at every section. The tangent of a round rod then turns about m at
-the rate |m| / EI: a helix of curvature sqrt(k1^2 + k2^2) and torsion k3 GJ / EI, and not of torsion k3, which is the twist
-of the material.
+There is no force, so the moment m is the same vector at every section. The tangent of a round rod
+then turns about m at the rate |m| / EI: a helix of curvature sqrt(k1^2 + k2^2) and torsion k3 GJ /
+EI, and not of torsion k3, which is the twist of the material.
 """
 
 import sys

@@ -1,7 +1,8 @@
 """Lateral torsional buckling: a ruler on edge.
 
-A narrow strip stands on edge as a cantilever, with a dead force at its tip. It tips over and twists at P L^2 / sqrt(EI GJ) = 4.0126, twice the
-first zero of the Bessel function of order -1/4, EI being the small bending stiffness and the other one large.
+A narrow strip stands on edge as a cantilever, with a dead force at its tip. It tips over and twists
+at P L^2 / sqrt(EI GJ) = 4.0126, twice the first zero of the Bessel function of order -1/4, EI being
+the small bending stiffness and the other one large.
 
 Sources: A. G. M. Michell, Phil. Mag. 48 (1899) 298; L. Prandtl, Kipperscheinungen, Munich, 1899.
 """

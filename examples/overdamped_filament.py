@@ -1,7 +1,8 @@
 """A filament in syrup: bending dies out.
 
-In a viscous fluid inertia hardly matters, and zeta y_t = -EI y''''. The slowest bending of a clamped filament dies out at the rate beta^4 EI /
-(zeta L^4), with cos(beta) cosh(beta) = -1: bent like that mode, it straightens like exp(-rate t).
+In a viscous fluid inertia hardly matters, and zeta y_t = -EI y''''. The slowest bending of a
+clamped filament dies out at the rate beta^4 EI / (zeta L^4), with cos(beta) cosh(beta) = -1: bent
+like that mode, it straightens like exp(-rate t).
 
 Source: C. H. Wiggins, D. Riveline, A. Ott, R. E. Goldstein, Biophys. J. 74 (1998) 1043.
 """

@@ -1,7 +1,8 @@
 """A spinning rod: the critical speed at which it leaves its axis.
 
-A rod stands on the axis about which it spins. It stays straight up to the speed whose square is that of its lowest natural
-frequency, rhoA omega^2 L^4 / EI = beta^4 with cos(beta) cosh(beta) = -1; then it whirls, bent, and stays in that shape.
+A rod stands on the axis about which it spins. It stays straight up to the speed whose square is
+that of its lowest natural frequency, rhoA omega^2 L^4 / EI = beta^4 with cos(beta) cosh(beta) = -1;
+then it whirls, bent, and stays in that shape.
 """
 
 import sys

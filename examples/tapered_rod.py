@@ -1,7 +1,7 @@
 """A tapered rod: a cone as a cantilever.
 
-A cone that tapers from the radius r0 at its root to r1 at its tip sinks under a small force P by P L^3 r0 / (3 E I0 r1), with
-I0 = pi r0^4 / 4. Under a large force it does not.
+A cone that tapers from the radius r0 at its root to r1 at its tip sinks under a small force P by P
+L^3 r0 / (3 E I0 r1), with I0 = pi r0^4 / 4. Under a large force it does not.
 """
 
 import sys

@@ -1,7 +1,8 @@
 """Three equilibria of one column.
 
-Beyond Euler's load a column that bends more easily one way has three equilibria: two buckled, one to each side, and the
-straight one, which is unstable. `solve_all` finds them; their heights are those of the elastica.
+Beyond Euler's load a column that bends more easily one way has three equilibria: two buckled, one
+to each side, and the straight one, which is unstable. `solve_all` finds them; their heights are
+those of the elastica.
 """
 
 import sys

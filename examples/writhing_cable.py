@@ -1,9 +1,11 @@
 """A twisted cable: when it writhes.
 
-A straight cable is clamped at both ends and twisted; one end may slide along the axis, so that no force arises. It stays straight up to the
-moment M with tan(x) = x, x = M L / (2 EI), that is 8.9868 EI / L; then it writhes. The number of unstable directions says when.
+A straight cable is clamped at both ends and twisted; one end may slide along the axis, so that no
+force arises. It stays straight up to the moment M with tan(x) = x, x = M L / (2 EI), that is 8.9868
+EI / L; then it writhes. The number of unstable directions says when.
 
-Source: A. G. Greenhill, Proc. Inst. Mech. Eng. 34 (1883) 182; for clamped ends J. M. T. Thompson, A. R. Champneys, Proc. R. Soc. A 452 (1996) 117.
+Source: A. G. Greenhill, Proc. Inst. Mech. Eng. 34 (1883) 182; for clamped ends J. M. T. Thompson,
+A. R. Champneys, Proc. R. Soc. A 452 (1996) 117.
 """
 
 import sys

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,9 @@ SOURCE = Path(dx.__file__).parent
 
 @pytest.mark.parametrize("name", [*dx.__all__, "open"])
 def test_a_public_name_is_in_the_reference(name: str) -> None:
-    listed = re.findall(rf"auto(?:class|function):: darboux\.{name}$|py:data:: darboux\.{name}$", REFERENCE, re.MULTILINE)
+    listed = re.findall(
+        rf"auto(?:class|function):: darboux\.{name}$|py:data:: darboux\.{name}$", REFERENCE, re.MULTILINE
+    )
     assert len(listed) == 1, f"{name} belongs into one page of docs/reference/, once"
 
 
@@ -35,3 +38,13 @@ def test_every_how_to_checks_a_number_and_has_a_picture() -> None:
         assert re.search(r"^\s*assert ", text, re.MULTILINE), f"{page.name} asserts nothing"
         assert "plt.show()" in text, f"{page.name} has no picture"
         assert page.stem in (DOCS / "how_to" / "index.md").read_text().split()
+
+
+def test_a_method_stands_on_its_floor() -> None:
+    """The contract that keeps methods apart knows them by their modules' names, and not those that nobody gave it."""
+    contracts = tomllib.loads((DOCS.parent / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    layers = next(x["layers"] for x in contracts if x["name"] == "Methods do not import one another")
+    methods = {name for name in dx.__all__ if hasattr(getattr(dx, name), "refuses")}
+    modules = {getattr(dx, name).__module__.rpartition(".")[2] for name in methods}
+    missing = modules - set(re.findall(r"\w+", layers[1]))
+    assert not missing, f"pyproject.toml: {sorted(missing)} belong into the contract, on the floor {layers[1]}"

@@ -44,17 +44,23 @@ def _paragraph(text: str, names: list[str]) -> list[str]:
     return lines + ([_escaped(after), ""] if after else [])
 
 
-def _rewritten(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+def _rewritten(_app: Sphinx, what: str, _name: str, thing: Any, _options: Any, lines: list[str]) -> None:
     blocks = re.split(r"\n[ \t]*\n", "\n".join(lines).strip("\n"))
     names, result = _names(what, thing), []
     for block in blocks:
         if block.startswith(" "):
-            result += [".. code-block:: text", "", *(f"    {line}" for line in inspect.cleandoc(block).splitlines()), ""]
+            result += [
+                ".. code-block:: text",
+                "",
+                *(f"    {line}" for line in inspect.cleandoc(block).splitlines()),
+                "",
+            ]
         elif block.strip():
             result += _paragraph(" ".join(line.strip() for line in block.splitlines()), names)
     lines[:] = result
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect to Sphinx."""
     app.connect("autodoc-process-docstring", _rewritten)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -30,7 +30,9 @@ def _make(app: Sphinx) -> None:
 
     def run(script: Path) -> subprocess.CompletedProcess[str]:
         words = [sys.executable, str(script), str(folder / f"{script.stem}.png")]
-        return subprocess.run(words, capture_output=True, text=True, check=False)
+        return subprocess.run(
+            words, env={**os.environ, "MPLBACKEND": "Agg"}, capture_output=True, text=True, check=False
+        )
 
     index = INDEX
     with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -49,7 +51,9 @@ def _make(app: Sphinx) -> None:
         index += f":::{{container}}\n[![]({script.stem}.png)]({script.stem}.md)\n\n[{title}]({script.stem}.md)\n:::\n"
     index += "::::\n\n```{toctree}\n:hidden:\n\n" + "\n".join(script.stem for script in scripts) + "\n```\n"
     _write(folder / "index.md", index)
-    for page in set(folder.glob("*.*")) - {folder / f"{x}.{kind}" for x in ["index", *(s.stem for s in scripts)] for kind in ("md", "png")}:
+    for page in set(folder.glob("*.*")) - {
+        folder / f"{x}.{kind}" for x in ["index", *(s.stem for s in scripts)] for kind in ("md", "png")
+    }:
         page.unlink()
 
 
@@ -60,5 +64,6 @@ def _write(path: Path, text: str) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect to Sphinx."""
     app.connect("builder-inited", _make, priority=100)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -9,7 +9,9 @@ from typing import Any
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-LOADED = re.compile(r'<(?:script|img|iframe|link(?=[^>]*rel="(?:stylesheet|preload|icon)"))[^>]*(?:src|href)="(https?:)?//[^"]*"')
+LOADED = re.compile(
+    r'<(?:script|img|iframe|link(?=[^>]*rel="(?:stylesheet|preload|icon)"))[^>]*(?:src|href)="(https?:)?//[^"]*"'
+)
 
 
 def _check(app: Sphinx, failure: Exception | None) -> None:
@@ -20,5 +22,6 @@ def _check(app: Sphinx, failure: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
+    """Connect to Sphinx."""
     app.connect("build-finished", _check)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
