@@ -9,10 +9,12 @@ from pathlib import Path
 from darboux import __version__
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE / "_extensions"))
+EXTENSIONS = str(HERE / "_extensions")
+sys.path.insert(0, EXTENSIONS)
 
-# What the pages' kernels and the examples find: `darboux` as a command, our look of figures, one thread, no warnings unseen.
+# What the pages' kernels and the examples find: `darboux` as a command, `%load_ext shell`, our look of figures.
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [EXTENSIONS, os.environ.get("PYTHONPATH")]))
 os.environ["MATPLOTLIBRC"] = str(HERE / "_static" / "matplotlibrc")
 os.environ["COLUMNS"] = "96"
 os.environ.pop("MPLBACKEND", None)  # a kernel takes its own, which puts figures into the page
@@ -31,7 +33,6 @@ nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
-nb_merge_streams = True
 nb_ipywidgets_js = {}  # they would come from elsewhere
 
 autodoc_typehints = "none"  # a docstring says shape and unit, which types do not

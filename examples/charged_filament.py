@@ -17,7 +17,7 @@ rod = dx.Rod(length=0.25, section=dx.Circle(radius=1e-3), material=rubber)
 charge = 1e-7  # C/m
 balanced = 1e3 * np.pi * 1e-3**2 * 9.81 / charge  # V/m
 
-fig, ax = plt.subplots()
+fig, ax = plt.subplots(layout="constrained")
 s = np.linspace(0.0, 0.25, 201)
 for part in (0.0, 0.9, 0.98, 1.0, 1.02, 1.1):
     loads = [dx.Gravity(), dx.ElectricField((0, 0, part * balanced), charge_per_length=charge)]
@@ -27,5 +27,5 @@ for part in (0.0, 0.9, 0.98, 1.0, 1.02, 1.1):
         assert np.allclose(filament.tip, (0.25, 0.0, 0.0), atol=1e-12)
     ax.plot(1e3 * filament.r(s)[:, 0], 1e3 * filament.r(s)[:, 2], label=f"{part:g}")
 ax.set(xlabel="x (mm)", ylabel="z (mm)", aspect="equal")
-ax.legend(title="field over the\nbalanced one", bbox_to_anchor=(1.0, 1.0))
+fig.legend(title="field over the\nbalanced one", loc="outside right upper")
 plt.savefig(sys.argv[1]) if sys.argv[1:] else plt.show()

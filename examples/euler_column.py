@@ -24,7 +24,7 @@ def exact_height(over):
     return 2.0 * ellipe(k * k) / ellipk(k * k) - 1.0
 
 
-fig, ax = plt.subplots()
+fig, ax = plt.subplots(layout="constrained")
 for over in (1.02, 1.1, 1.3, 2.0):
     column = dx.solve(dx.Equilibrium(rod, loads=[dx.EndForce((0, 0, -over * critical))]))
     assert column.stable
@@ -33,5 +33,5 @@ for over in (1.02, 1.1, 1.3, 2.0):
     r = column.r(np.linspace(0.0, 1.0, 201))
     ax.plot(np.hypot(r[:, 0], r[:, 1]), r[:, 2], label=f"{over:g} $P_{{cr}}$")
 ax.set(xlabel="sideways / L", ylabel="height / L", aspect="equal")
-ax.legend()
+fig.legend(title="load", loc="outside right upper")
 plt.savefig(sys.argv[1]) if sys.argv[1:] else plt.show()

@@ -26,10 +26,10 @@ print(f"g t^2 / 2 = {1e3 * 9.81 * 0.2**2 / 2:.6f} mm; energy drifts by {fall.ene
 assert np.allclose(fallen, 9.81 * fall.times**2 / 2.0, atol=1e-9)
 assert fall.energy.drift < 1e-6
 
-fig, ax = plt.subplots(figsize=(5.0, 4.0))
+fig, ax = plt.subplots(layout="constrained", figsize=(5.0, 4.0))
 for i in range(0, len(fall.times), len(fall.times) // 5):
     ax.plot(*(1e3 * fall.positions[i][:, [0, 2]]).T, label=f"{1e3 * fall.times[i]:.0f} ms")
 ax.plot(*(1e3 * centre[:, [0, 2]]).T, "k--", lw=1, label="centre of mass")
 ax.set(xlabel="x (mm)", ylabel="z (mm)", aspect="equal")
-ax.legend(bbox_to_anchor=(1.0, 1.0))
+fig.legend(loc="outside right upper")
 plt.savefig(sys.argv[1]) if sys.argv[1:] else plt.show()

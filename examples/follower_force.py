@@ -27,7 +27,7 @@ def exact_tip(P):
     return np.cos(psi) * along - np.sin(psi) * across, np.sin(psi) * along + np.cos(psi) * across
 
 
-fig, ax = plt.subplots()
+fig, ax = plt.subplots(layout="constrained")
 s = np.linspace(0.0, 1.0, 201)
 for P in (1.0, 2.0, 5.0, 10.0, 20.0, 40.0):
     bent = dx.solve(dx.Equilibrium(rod, start=clamp, loads=[dx.EndForce((P, 0, 0), follower=True)]))
@@ -35,5 +35,5 @@ for P in (1.0, 2.0, 5.0, 10.0, 20.0, 40.0):
     print(f"P L^2 / EI = {P:4g}   tip ({bent.tip[0]:+.9f}, {bent.tip[1]:+.9f}) L")
     ax.plot(*bent.r(s)[:, :2].T, label=f"{P:g}")
 ax.set(xlabel="x / L", ylabel="y / L", aspect="equal")
-ax.legend(title="$P L^2 / EI$", bbox_to_anchor=(1.0, 1.0))
+fig.legend(title="$P L^2 / EI$", loc="outside right upper")
 plt.savefig(sys.argv[1]) if sys.argv[1:] else plt.show()

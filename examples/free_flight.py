@@ -26,11 +26,12 @@ for name, values in (("momentum", flight.momentum), ("angular momentum", flight.
     print(f"{name} changes by {change:.1e} of itself in {flight.times[-1]:g} s")
     assert change < 1e-9
 
-ax = plt.figure(figsize=(5.0, 4.0)).add_subplot(projection="3d")
+fig = plt.figure(figsize=(5.0, 4.0), layout="constrained")
+ax = fig.add_subplot(projection="3d")
 for i in range(0, len(flight.times), len(flight.times) // 6):
     ax.plot(*flight.positions[i].T, label=f"{flight.times[i]:.2f} s")
 ax.set(xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
 ax.set_aspect("equal")
 ax.locator_params(nbins=4)
-ax.legend(loc="center left", bbox_to_anchor=(1.05, 0.5))
+fig.legend(loc="outside left upper")
 plt.savefig(sys.argv[1]) if sys.argv[1:] else plt.show()

@@ -18,7 +18,7 @@ import darboux as dx
 rod = dx.Rod(length=1.0, section=dx.Stiffness(EI1=1.0, GJ=0.75))
 critical = 9.0 / 4.0 * brentq(lambda x: jv(-1.0 / 3.0, x), 1.0, 3.0) ** 2
 
-fig, ax = plt.subplots(figsize=(4.5, 4.0))
+fig, ax = plt.subplots(layout="constrained", figsize=(4.5, 4.0))
 s = np.linspace(0.0, 1.0, 201)
 for part in (0.99, 1.01, 1.05, 1.2, 2.0):
     column = dx.solve(dx.Equilibrium(rod, loads=[dx.LineForce((0, 0, -part * critical))]))
@@ -27,5 +27,5 @@ for part in (0.99, 1.01, 1.05, 1.2, 2.0):
     assert (np.hypot(*column.tip[:2]) > 1e-3) == (part > 1.0)
     ax.plot(*column.r(s)[:, [0, 2]].T, label=f"{part:g}")
 ax.set(xlabel="x / L", ylabel="z / L", aspect="equal")
-ax.legend(title="w over the critical", bbox_to_anchor=(1.0, 1.0))
+fig.legend(title="w over the critical", loc="outside right upper")
 plt.savefig(sys.argv[1]) if sys.argv[1:] else plt.show()

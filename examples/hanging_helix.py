@@ -19,7 +19,8 @@ KNOWN = {
 rod = dx.Rod(length=1.0, section=dx.Stiffness(EI1=1.0, GJ=0.75), natural=(0.0, 10.0, 3.0))
 clamp = dx.Clamped(tangent=(0, 0, -1), d1=(1, 0, 0))
 
-ax = plt.figure(figsize=(4.2, 5.0)).add_subplot(projection="3d")
+fig = plt.figure(figsize=(5.5, 5.0), layout="constrained")
+ax = fig.add_subplot(projection="3d")
 for weight in (0.0, 20.0, 200.0):
     helix = dx.solve(dx.Equilibrium(rod, start=clamp, loads=[dx.LineForce((0, 0, -weight))]))
     print(f"w L^3 / EI = {weight:5g}   tip {np.array2string(helix.tip, precision=9)} L")
@@ -29,5 +30,5 @@ for weight in (0.0, 20.0, 200.0):
 ax.set(xlabel="x / L", ylabel="y / L", zlabel="z / L")
 ax.set_aspect("equal")
 ax.locator_params(nbins=4)
-ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.12), ncols=1)
+fig.legend(loc="outside left upper")
 plt.savefig(sys.argv[1]) if sys.argv[1:] else plt.show()
