@@ -31,12 +31,12 @@ def _names(what: str, thing: Any) -> list[str]:
 
 def _paragraph(text: str, names: list[str]) -> list[str]:
     """Return a paragraph, its arguments as a list where it says what they are."""
-    found = re.search(r"(?:^|(?<=\. ))Arguments?: ", text)
+    found = re.search(r"(?:^|(?<=\. ))Arguments?(?:, by name)?: ", text)
     if found is None or not names:
         return [_escaped(text), ""]
     before, arguments = text[: found.start()], text[found.end() :]
     after = ""
-    if ends := re.search(r"(?<=\.) ((?:Raises|Returns|Conservative|Source|The default is d_i)\b.*)", arguments):
+    if ends := re.search(r"(?<=\.) ((?:Raises|Returns|Conservative|Source)\b.*)", arguments):
         arguments, after = arguments[: ends.start()], ends.group(1)
     items = re.split(rf"[;,] (?:and |or )?(?=``(?:{'|'.join(map(re.escape, names))})``)", arguments)
     lines = [_escaped(before.strip()), ""] if before.strip() else []
