@@ -13,7 +13,7 @@ RUNTIME := $(VENV)/.runtime
 DEV     := $(VENV)/.dev
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test fuzz lint format bench coverage lock clean distclean
+.PHONY: help paper test fuzz lint format docs bench coverage lock clean distclean
 
 help: ## this list
 	@echo 'usage: make JOB [PYTHON=python3.13] [ARGS="..."]'
@@ -42,6 +42,10 @@ format: $(DEV) ## put the source into its form
 	$(BIN)/python -m ruff check --fix
 	$(BIN)/python -m ruff format
 
+docs: export OPENBLAS_NUM_THREADS = 1
+docs: $(DEV) ## the site, into docs/_build/html/index.html: every page is executed, every warning is an error
+	$(BIN)/python -m sphinx --jobs auto --fail-on-warning --keep-going --quiet --builder html $(ARGS) docs docs/_build/html
+
 # One core, so that the ratios mean the same everywhere.
 bench: export OMP_NUM_THREADS = 1
 bench: export OPENBLAS_NUM_THREADS = 1
@@ -69,7 +73,7 @@ lock: ## choose the locked versions anew (needs uv from the package index)
 	$(LOCK) --constraints requirements-dev.txt --output-file requirements.txt
 
 clean: ## remove what the jobs made, but for the environment
-	rm -rf build dist paper-figures .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage .coverage.*
+	rm -rf build dist paper-figures docs/_build docs/gallery .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage .coverage.*
 	find $(wildcard src tests benchmarks examples) -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean ## remove the environment too

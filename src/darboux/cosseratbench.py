@@ -83,7 +83,8 @@ def _motion(scenario: Scenario, rod: Rod, n_elements: int) -> dx.Motion:
     free = not any(support.holds for support in supports.values())
     if free:  # an equilibrium must be held; its motion need not
         supports["start"] = dx.Pinned(position=nodes[0])
-    moving = {at.value: _moving(rod, at, supports[at.value]) for at in End if rod.motion(at) is not None}
+    driven = {at.value: rod.motion(at) for at in End}
+    moving = {at: _moving(motion, supports[at]) for at, motion in driven.items() if motion is not None}
     loads = [dx.EndForce(load.force, at=load.at.value) for load in rod.loads if not supports[load.at.value].clamps]
     rate = _rate(scenario)
     return dx.Motion(
@@ -96,7 +97,8 @@ def _motion(scenario: Scenario, rod: Rod, n_elements: int) -> dx.Motion:
         initial=lambda at: np.stack([np.interp(at, s, x) for x in nodes.T], axis=1),
         damping=[dx.MassDamping(rate)] if rate else [],
         release={"start": 0.0} if free else {},
-        **moving,
+        start=moving.get("start"),
+        end=moving.get("end"),
     )
 
 
@@ -116,11 +118,11 @@ def _support(rod: Rod, at: End, n_elements: int) -> Any:
     return dx.Clamped(position, **pose)
 
 
-def _moving(rod: Rod, at: End, support: Any) -> dx.Moving:
+def _moving(motion: Any, support: Any) -> dx.Moving:
     """Return how an end is driven, smoothly through the suite's samples: corners would set waves going along the rod."""
     from scipy.interpolate import PchipInterpolator
 
-    motion, position, R = rod.motion(at), np.array(support.position), support.R
+    position, R = np.array(support.position), support.R
     last = motion.times[-1]
     moved = PchipInterpolator(motion.times, motion.displacement)
     turned = PchipInterpolator(motion.times, motion.rotation)

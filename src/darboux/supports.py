@@ -148,8 +148,8 @@ class Pinned(Support):
 class Hinge(_Oriented):
     """A hinge: held in position, free to turn about one axis only.
 
-    Arguments: ``axis`` (3,) fixed frame; ``position`` (3,) in m; the frame at no turn as in ``Clamped``.
-    Raises ``InvalidInput``.
+    Arguments: ``axis`` (3,) fixed frame; ``position`` (3,) in m; ``tangent`` (3,) with ``d1`` (3,), or ``frame`` (3, 3),
+    the frame at no turn, as in ``Clamped``. Raises ``InvalidInput``.
     """
 
     axis: Any
@@ -175,8 +175,8 @@ class Universal(_Oriented):
     """A universal (Cardan) joint: held in position, free to turn about two axes at right angles.
 
     Arguments: ``axis`` (3,), fixed in space, and ``section_axis`` (3,), fixed in the section, both in the fixed frame
-    at no turn; ``position`` (3,) in m; the frame at no turn as in ``Clamped``. Twist about the third axis passes
-    through, as in a Cardan shaft. Raises ``InvalidInput``.
+    at no turn; ``position`` (3,) in m; ``tangent`` (3,) with ``d1`` (3,), or ``frame`` (3, 3), the frame at no turn, as in
+    ``Clamped``. Raises ``InvalidInput``. Twist about the third axis passes through, as in a Cardan shaft.
     """
 
     axis: Any
@@ -207,9 +207,8 @@ class Universal(_Oriented):
 class Roller(Support):
     """A roller: free to turn, and to slide along one direction.
 
-    Arguments: ``along`` (3,) the direction, fixed frame (``sliding="fixed"``) or in components of the section
-    (``sliding="section"``: a groove that turns with the end); ``position`` (3,) in m, a point of the line.
-    Raises ``InvalidInput``.
+    Arguments: ``along`` (3,) the direction, in the frame that ``sliding`` names; ``position`` (3,) in m, a point of the line;
+    ``sliding`` "fixed", or "section": a groove that turns with the end. Raises ``InvalidInput``.
     """
 
     along: Any
@@ -235,8 +234,8 @@ class Roller(Support):
 class Slider(_Oriented):
     """A slider: held in orientation, free to slide along one direction of the fixed frame.
 
-    Arguments: ``along`` (3,) the direction; ``position`` (3,) in m, a point of the line; the orientation and ``twist``
-    as in ``Clamped``. Raises ``InvalidInput``.
+    Arguments: ``along`` (3,) the direction; ``position`` (3,) in m, a point of the line; ``tangent`` (3,) with ``d1`` (3,), or
+    ``frame`` (3, 3), the orientation, and ``twist`` in rad, as in ``Clamped``. Raises ``InvalidInput``.
     """
 
     along: Any
@@ -266,7 +265,8 @@ class Slider(_Oriented):
 class Guided(_Oriented):
     """A guide: held in orientation, free to move in every direction.
 
-    Arguments: the orientation and ``twist`` as in ``Clamped``. Raises ``InvalidInput``.
+    Arguments: ``tangent`` (3,) with ``d1`` (3,), or ``frame`` (3, 3), the orientation, and ``twist`` in rad, as in
+    ``Clamped``. Raises ``InvalidInput``.
     """
 
     tangent: Any = (0.0, 0.0, 1.0)
@@ -290,7 +290,8 @@ class Spring(_Oriented):
 
     with theta the rotation vector from the prescribed frame to the section's. Arguments: ``linear`` in N/m and
     ``rotational`` in N m/rad, each one number or a symmetric matrix (3, 3) in the fixed frame, not negative;
-    ``position`` (3,) in m; the frame without moment as in ``Clamped``. Conservative. Raises ``InvalidInput``.
+    ``position`` (3,) in m; ``tangent`` (3,) with ``d1`` (3,), or ``frame`` (3, 3), the frame without moment, as in ``Clamped``.
+    Conservative. Raises ``InvalidInput``.
     """
 
     linear: Any = None

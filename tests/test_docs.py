@@ -1,0 +1,50 @@
+"""What the site must name: every public class and function, every module; `make docs` itself runs in continuous integration."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import darboux as dx
+
+DOCS = Path(__file__).parent.parent / "docs"
+REFERENCE = "\n".join(page.read_text() for page in sorted((DOCS / "reference").glob("*.md")))
+SOURCE = Path(dx.__file__).parent
+
+
+@pytest.mark.parametrize("name", [*dx.__all__, "open"])
+def test_a_public_name_is_in_the_reference(name: str) -> None:
+    listed = re.findall(
+        rf"auto(?:class|function):: darboux\.{name}$|py:data:: darboux\.{name}$", REFERENCE, re.MULTILINE
+    )
+    assert len(listed) == 1, f"{name} belongs into one page of docs/reference/, once"
+
+
+def test_the_architecture_names_every_module() -> None:
+    text = (DOCS / "architecture.md").read_text()
+    modules = {path.stem for path in SOURCE.iterdir() if path.suffix in ("", ".py") and not path.name.startswith("__")}
+    missing = {name for name in modules if not re.search(rf"`{name}(?:\.py|/)`", text)}
+    assert not missing, f"docs/architecture.md does not say what {sorted(missing)} is for"
+
+
+def test_every_how_to_checks_a_number_and_has_a_picture() -> None:
+    pages = [page for page in (DOCS / "how_to").glob("*.md") if page.stem != "index"]
+    assert len(pages) >= 13
+    for page in pages:
+        text = page.read_text()
+        assert re.search(r"^\s*assert ", text, re.MULTILINE), f"{page.name} asserts nothing"
+        assert "plt.show()" in text, f"{page.name} has no picture"
+        assert page.stem in (DOCS / "how_to" / "index.md").read_text().split()
+
+
+def test_a_method_stands_on_its_floor() -> None:
+    """The contract that keeps methods apart knows them by their modules' names, and not those that nobody gave it."""
+    contracts = tomllib.loads((DOCS.parent / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    layers = next(x["layers"] for x in contracts if x["name"] == "Methods do not import one another")
+    methods = {name for name in dx.__all__ if hasattr(getattr(dx, name), "refuses")}
+    modules = {getattr(dx, name).__module__.rpartition(".")[2] for name in methods}
+    missing = modules - set(re.findall(r"\w+", layers[1]))
+    assert not missing, f"pyproject.toml: {sorted(missing)} belong into the contract, on the floor {layers[1]}"
