@@ -46,6 +46,20 @@ def test_a_discrete_rod_that_hangs_from_its_end_balances(clamp) -> None:
     np.testing.assert_allclose(solution.reactions.end.moment, -moment, atol=1e-7)
 
 
+@pytest.mark.parametrize("follower", [False, True])
+def test_a_load_on_a_held_end_is_no_reaction(follower: bool) -> None:
+    """A roller pushes across its line only, and bears no moment; the load along it is carried by the other end."""
+    push, pull = (0, 0, -1.0), np.array([0.5, 0, 0])
+    loads = [dx.EndForce(push, follower=follower), dx.EndMoment((0, 0.1, 0)), dx.LineForce(pull)]
+    beam = dx.Equilibrium(cases.UNIT, dx.Pinned(), dx.Roller(along=(0, 0, 1), position=(0, 0, 1)), loads)
+    solution = dx.solve(beam)
+    start, end = solution.reactions.start, solution.reactions.end
+    assert end.force[2] == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose([start.moment, end.moment], 0.0, atol=1e-9)
+    force = solution.R(1.0) @ push if follower else push
+    np.testing.assert_allclose(start.force + end.force + force + pull, 0.0, atol=1e-9)
+
+
 def test_a_free_end_has_no_reaction() -> None:
     for start, end, at in ((dx.Clamped(), dx.Free(), "end"), (dx.Free(), dx.Clamped(), "start")):
         solution = dx.solve(

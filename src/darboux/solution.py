@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
+    from darboux.loads import EndLoad
+
 Array = NDArray[np.float64]
 
 SMALL_STRAIN = 0.05  # beyond it linear elasticity and sections that keep their shape are a rough picture
@@ -250,24 +252,24 @@ class EquilibriumSolution:
 
     @cached_property
     def reactions(self) -> Reactions:
-        """Force and moment of each support on the rod: -n(0), -m(0) at the start, n(L), m(L) at the end."""
-        zero = Reaction(np.zeros(3), np.zeros(3))
-        L = self.problem.rod.length
-        start = Reaction(-self.n(0.0), -self.m(0.0)) if self.problem.start.holds else zero
-        end = Reaction(self.n(L), self.m(L)) if self.problem.end.holds else zero
-        return Reactions(start, end, {s: self._reaction_at(s) for s, _ in self.problem.between})
+        """Force and moment of each support on the rod: -n(0), -m(0) at the start, n(L), m(L) at the end, less the loads there."""
+        zero, problem = Reaction(np.zeros(3), np.zeros(3)), self.problem
+        first, last = self.curve.y[0], self.curve.y[-1]
+        start = self._reaction(-first[7:13], first, problem.end_load("start")) if problem.start.holds else zero
+        end = self._reaction(last[7:13], last, problem.end_load("end")) if problem.end.holds else zero
+        return Reactions(start, end, {s: self._reaction_at(s) for s, _ in problem.between})
 
     def _reaction_at(self, s: float) -> Reaction:
         """What a support between the ends does: the jump of n and m, less the point loads there."""
         node = int(np.searchsorted(self.curve.s, s - 1e-12 * self.problem.rod.length))
         before, behind = self.curve.y[node], self.curve.y[node + 1]
-        load, R = self.problem.stations[s][1], frames.matrix_of_quaternion(before[3:7])
-        force = load.force + R @ load.section_force
-        moment = load.moment + R @ load.section_moment
-        return Reaction(
-            before[7:10] - behind[7:10] - self.load_factor * force,
-            before[10:13] - behind[10:13] - self.load_factor * moment,
-        )
+        return self._reaction(before[7:13] - behind[7:13], before, self.problem.stations[s][1])
+
+    def _reaction(self, carried: Array, y: Array, load: EndLoad) -> Reaction:
+        """What a support does where the inner force and moment ``carried`` (6,) act on a node in the state y (13,)."""
+        R = frames.matrix_of_quaternion(y[3:7])
+        force, moment = load.force + R @ load.section_force, load.moment + R @ load.section_moment
+        return Reaction(carried[:3] - self.load_factor * force, carried[3:] - self.load_factor * moment)
 
     @cached_property
     def _nodes(self) -> Array:
