@@ -30,6 +30,7 @@ STABLE_SIDE = (COLLOCATION, FALLING)
 
 ALLOWED = {"Collocation": 1.0, "Shooting": 10.0, "Elastica": 10.0}  # times rtol, which Shooting's counts for each step
 SHARE = 0.25  # of the error of the finer discrete rod: how far off its extrapolation may be
+NEAR = 1e-4  # relative: how near to a critical load a continuous method counts unstable directions, its path being followed to 1e-6
 SETTLED = 1e-8  # what an iteration leaves of a discrete rod, as far as it is extrapolated
 
 
@@ -37,7 +38,8 @@ SETTLED = 1e-8  # what an iteration leaves of a discrete rod, as far as it is ex
 class Statement:
     """A case as the library states it: a problem, what is read from its answer (dimensionless), and the digits of that.
 
-    ``segments`` is the coarser of the two discrete rods, ``methods`` those that claim the case.
+    ``segments`` is the coarser of the two discrete rods, ``methods`` those that claim the case,
+    ``start`` where the solve sets out from.
     """
 
     case: str
@@ -49,6 +51,7 @@ class Statement:
     methods: tuple[Any, ...] = ALL
     segments: int = 64
     long: bool = False
+    start: Any = None
 
     def __str__(self) -> str:
         return f"{self.case} {self.name}".strip()
@@ -104,7 +107,7 @@ class Judge:
         else:
             allowed = ALLOWED[type(method).__name__] * method.rtol
             self.continuous(
-                statement, type(method).__name__, lambda: statement.read(dx.solve(statement.problem, method)),
+                statement, type(method).__name__, lambda: statement.read(dx.solve(statement.problem, method, start=statement.start)),
                 allowed, f"rtol {method.rtol:g}",
             )  # fmt: skip
 

@@ -40,7 +40,8 @@ class Digits:
 
 
 def digits(case: str, *words: str) -> Digits:
-    """Return the one quantity of the case whose name contains all words, each not followed by a further digit."""
+    """Return the one quantity of the case whose name contains all words, each not followed by a further
+    digit; one word that is the whole name is that quantity."""
     found = _matching(case, words)
     if len(found) != 1:
         raise LookupError(f"{case} has {len(found)} quantities with {words}: {[q['name'] for q in found]}")
@@ -59,5 +60,7 @@ def stated(case: str, *words: str) -> None:
 
 
 def _matching(case: str, words: tuple[str, ...]) -> list[dict[str, Any]]:
+    if len(words) == 1 and any(q["name"] == words[0] for q in CASES[case]["quantities"]):
+        return [q for q in CASES[case]["quantities"] if q["name"] == words[0]]
     patterns = [re.compile(re.escape(word) + r"(?!\.?\d)") for word in words]
     return [q for q in CASES[case]["quantities"] if all(p.search(q["name"]) for p in patterns)]
