@@ -88,7 +88,7 @@ SHAFTS = {
     "clamped-pinned": ({"end": dx.Roller(along=(0, 0, 1))}, 1, 0),
 }
 SPEEDS = {name: digits("T17c", name) for name in SHAFTS}
-SPUN = dx.Stiffness(EI1=1.0, EI2=300.0, GJ=200.0, mass=1.0)  # stiff about d2, so that one direction whirls at a time
+SPUN = dx.Stiffness(EI1=1.0, EI2=50.0, GJ=30.0, mass=1.0)  # stiff about d2, so that one direction whirls at a time
 
 
 @pytest.mark.parametrize("method", [SHOOTING, dx.DiscreteRod(800)], ids=str)
@@ -106,7 +106,7 @@ def test_critical_speeds(name, method, judge) -> None:
     def index(Omega):
         return dx.solve(dx.Equilibrium(dx.Rod(1.0, SPUN), **supports, loads=[dx.Rotation((0, 0, Omega))]), method).index
 
-    width = NEAR if method is SHOOTING else 3.0 * (4.73 / 800) ** 2 / 12.0 * (3.0 if above == 2 else 1.0)
+    width = 10 * NEAR if method is SHOOTING else 3.0 * (4.73 / 800) ** 2 / 12.0 * (3.0 if above == 2 else 1.0)
     judge.between("T17c", name, "Omega sqrt(rhoA L^4 / EI)", method, index, SPEEDS[name], width, (below, above))
 
 
