@@ -13,7 +13,7 @@ RUNTIME := $(VENV)/.runtime
 DEV     := $(VENV)/.dev
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test lint format bench coverage lock clean distclean
+.PHONY: help paper test validate mutants lint format bench coverage lock clean distclean
 
 help: ## this list
 	@echo 'usage: make JOB [PYTHON=python3.13] [ARGS="..."]'
@@ -26,6 +26,13 @@ paper: $(RUNTIME) ## every figure and number of the paper, into paper-figures/ (
 test: export MPLBACKEND = Agg
 test: $(DEV) ## the tests (ARGS="-k elastica" for some)
 	$(BIN)/python -m pytest $(ARGS)
+
+validate: export MPLBACKEND = Agg
+validate: $(DEV) ## every reference case by every method, and docs/validation.md (some minutes)
+	$(BIN)/python -m tests.validation.page $(ARGS)
+
+mutants: $(DEV) ## wrong formulas that tests must see (some minutes; ARGS="band link" for some files)
+	$(BIN)/python -m tests.tools.mutants $(ARGS)
 
 lint: $(DEV) ## style, format, types, and the direction of imports
 	$(BIN)/python -m ruff check
