@@ -22,6 +22,7 @@ LEFT_OUT = [
     ("T16", "helix wavenumber", "a rod has ends"),
     ("T17a", "simply supported (fork)", "no support holds twist and place across, and lets bend and slide"),
     ("T17b", "", "flutter: followers have no motion in this library yet"),
+    ("T19", "dead radial", "a ring held at one section leaves its plane under a dead load before that"),
     ("T19", "hydrostatic", "a follower has no potential, hence no index"),
     ("T19", "load directed to the fixed centre", "a load that is a function of the shape has no index"),
     ("V02", "Rayleigh", "no rotary inertia across the rod"),
