@@ -16,6 +16,9 @@ def test_its_text_still_stands_in_its_file(mutant) -> None:
 
 
 def test_every_kernel_has_mutants() -> None:
-    kernels = {f"kernels/{path.name}" for path in (ROOT / "src/darboux/kernels").glob("*.py")} - {"kernels/__init__.py", "kernels/jit.py"}
+    kernels = {f"kernels/{path.name}" for path in (ROOT / "src/darboux/kernels").glob("*.py")} - {
+        "kernels/__init__.py",
+        "kernels/jit.py",
+    }
     assert kernels <= {mutant.file for mutant in MUTANTS}
     assert len(MUTANTS) >= 20

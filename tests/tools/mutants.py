@@ -50,8 +50,7 @@ LAPACK = "kernels/test_band.py::test_definite_band_is_solved_as_by_lapack"
 INERTIA = "kernels/test_inertia.py::test_the_count_is_that_of_the_eigenvalues"
 ONE_STEP = "kernels/test_dormand_prince.py::test_one_step_has_the_declared_order"
 MOTION = "kernels/test_rod_motion.py::test_the_band_is_the_derivative_of_the_balance"
-ORDER = "test_collocation.py::test_order_is_twice_the_stages"
-SUPPORT = "test_collocation.py::test_rows_of_the_end_conditions_are_their_derivatives"
+GAUSS = "kernels/test_collocation.py::test_weights_integrate_polynomials"
 SPRING = "test_collocation.py::test_a_rotational_spring_gives_what_its_energy_says"
 
 MUTANTS = (
@@ -78,12 +77,11 @@ MUTANTS = (
     Mutant("kernels/dormand_prince.py", "D5, D6, D7 = 701980252875", "D5, D6, D7 = -701980252875", ONE_STEP),
     Mutant("kernels/profile.py", "c[j] = c[j] * x + profile.coefficients[row + j]", "c[j] = c[j] * x - profile.coefficients[row + j]", "kernels/test_dormand_prince.py::test_varying_coefficients_agree_with_scipy"),
     Mutant("kernels/profile.py", "breaks[p + 1] <= s", "breaks[p + 1] < s - 0.1", "kernels/test_dormand_prince.py::test_jump_is_two_integrations_joined"),
-    Mutant("kernels/collocation.py", "a = (c[:, None] ** powers / powers) @ np.linalg.inv", "a = (c[:, None] ** powers) @ np.linalg.inv", ORDER),
+    Mutant("kernels/collocation.py", "a = (c[:, None] ** powers / powers) @ np.linalg.inv", "a = (c[:, None] ** powers) @ np.linalg.inv", GAUSS),
     Mutant("kernels/support.py", "y = a * g - c * e - d * f + b * h", "y = a * g - c * e + d * f + b * h", SPRING),
     Mutant("kernels/support.py", "plus(moment, scaled(0.5, first))", "plus(moment, scaled(-0.5, first))", SPRING),
     Mutant("kernels/rod_motion.py", "    add(residual, 4 * j - 4, scaled(-s, e))\n", "    add(residual, 4 * j - 4, scaled(s, e))\n", MOTION),
     Mutant("kernels/rod_motion.py", "add_tension_hessian(scaled(1.0 / size, e), s, stiff / l - s, j, lower)", "add_tension_hessian(scaled(1.0 / size, e), s, stiff / l, j, lower)", MOTION),
-    Mutant("solution.py", "self.load_factor * (load - ends)", "self.load_factor * (load + ends)", "test_solution.py::test_energy_of_a_rod_that_is_pulled_and_twisted"),
     Mutant("link.py", "triple = -_dot(a, across)", "triple = _dot(a, across)", "validation/test_geometry.py::test_polygons"),
     Mutant("link.py", "half_angles = np.triu(one + two, 2)", "half_angles = np.triu(one, 2)", "validation/test_geometry.py::test_polygons"),
     Mutant("loads.py", "total.a -= C @ np.array(self.point)", "total.a += C @ np.array(self.point)", "test_descriptions.py::test_loads_are_affine_in_position_and_frame"),
@@ -105,6 +103,7 @@ def main(words: list[str]) -> int:
             else:
                 shutil.copy2(source, copy / name)
         sound = {test: _passes(copy, test) for test in sorted({mutant.test for mutant in mutants})}
+        print(f"{sum(sound.values())} of {len(sound)} tests pass without a mutant.", flush=True)
         for test in (test for test, passes in sound.items() if not passes):
             print(f"fails without a mutant: {test}")
         survivors = [mutant for mutant in mutants if mutant not in lost and not _killed(copy, mutant)]
@@ -122,7 +121,10 @@ def _killed(copy: Path, mutant: Mutant) -> bool:
     finally:
         path.write_text(original)
     verdict = "SURVIVED" if survived else "seen"
-    print(f"{verdict:9}{time.perf_counter() - began:6.1f} s  {mutant.file}: {mutant.text.strip()!r}  by {mutant.test}", flush=True)
+    print(
+        f"{verdict:9}{time.perf_counter() - began:6.1f} s  {mutant.file}: {mutant.text.strip()!r}  by {mutant.test}",
+        flush=True,
+    )
     return not survived
 
 
@@ -131,7 +133,9 @@ def _passes(copy: Path, test: str) -> bool:
     variables = {"PYTHONPATH": os.pathsep.join([str(copy / "src"), str(copy)]), "NUMBA_DISABLE_JIT": "1", "MPLBACKEND": "Agg", "PYTHONDONTWRITEBYTECODE": "1"}  # fmt: skip
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", f"tests/{test}"]
     try:
-        done = subprocess.run(command, cwd=copy, env=os.environ | variables, capture_output=True, text=True, timeout=LONGEST, check=False)
+        done = subprocess.run(
+            command, cwd=copy, env=os.environ | variables, capture_output=True, text=True, timeout=LONGEST, check=False
+        )
     except subprocess.TimeoutExpired:
         return False  # a mutant that never ends is seen
     if done.returncode not in (0, 1):

@@ -60,9 +60,7 @@ class Statement:
 def through_methods(statements: Iterable[Statement]) -> Any:
     """Return the mark that runs a test over every statement by every method that claims it."""
     rows = [
-        pytest.param(
-            statement, method, id=f"{statement}, {method}", marks=[pytest.mark.long] if statement.long else []
-        )
+        pytest.param(statement, method, id=f"{statement}, {method}", marks=[pytest.mark.long] if statement.long else [])
         for statement in statements
         for method in statement.methods
         if method.refuses(statement.problem) is None

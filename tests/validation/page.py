@@ -51,7 +51,9 @@ class Recorder:
 def main(arguments: list[str]) -> int:
     """Run the tests, write the page and return pytest's status."""
     recorder = Recorder()
-    status = pytest.main(["-m", "long or not long", "-q", str(ROOT / "tests" / "validation"), *arguments], plugins=[recorder])
+    status = pytest.main(
+        ["-m", "long or not long", "-q", str(ROOT / "tests" / "validation"), *arguments], plugins=[recorder]
+    )
     if not arguments:
         for family, rows in recorder.rows.items():
             _draw(family, rows)
@@ -85,18 +87,41 @@ def _page(recorder: Recorder) -> str:
         "overhead, on a machine that did other things as well; *known* marks a disagreement that is understood and not yet mended.",
     ]
     for family, found in recorder.rows.items():
-        lines += ["", f"## {_title(family)}", "", f"![Errors of {_title(family).lower()} by method](figures/validation-{family}.png)", ""]
-        lines += ["| case | what | method | reference | ours | error | tolerance | resolution | time | |", "|---|---|---|---|---|---:|---:|---|---:|---|"]
+        lines += [
+            "",
+            f"## {_title(family)}",
+            "",
+            f"![Errors of {_title(family).lower()} by method](figures/validation-{family}.png)",
+            "",
+        ]
+        lines += [
+            "| case | what | method | reference | ours | error | tolerance | resolution | time | |",
+            "|---|---|---|---|---|---:|---:|---|---:|---|",
+        ]
         lines += [_line(row, outcome) for row, outcome in found]
     lines += ["", "## Left out", "", "| case | what | why |", "|---|---|---|"]
-    lines += [f"| {case} | {words.replace('|', chr(92) + '|') or CASES[case]['title']} | {why} |" for case, words, why in LEFT_OUT]
+    lines += [
+        f"| {case} | {words.replace('|', chr(92) + '|') or CASES[case]['title']} | {why} |"
+        for case, words, why in LEFT_OUT
+    ]
     return "\n".join(lines) + "\n"
 
 
 def _line(row: Row, outcome: str) -> str:
     verdict = {"passed": "", "known": "known"}.get(outcome, "**failed**")
     name = f"{row.case} {row.name}".strip()
-    cells = [name, row.what, row.method, _numbers(row.exact), _numbers(row.ours), f"{row.error:.1e}", f"{row.tolerance:.1e}", row.resolution, f"{row.seconds:.2f} s", verdict]
+    cells = [
+        name,
+        row.what,
+        row.method,
+        _numbers(row.exact),
+        _numbers(row.ours),
+        f"{row.error:.1e}",
+        f"{row.tolerance:.1e}",
+        row.resolution,
+        f"{row.seconds:.2f} s",
+        verdict,
+    ]
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
@@ -114,7 +139,9 @@ def _draw(family: str, found: list[tuple[Row, str]]) -> None:
         methods = list(dict.fromkeys(row.method.split(".")[0].split("(")[0] for row, _ in found))
         for i, method in enumerate(methods):
             rows = [row for row, _ in found if row.method.split(".")[0].split("(")[0] == method]
-            x = np.array([names.index(row.case) for row in rows]) + 0.7 * (i - (len(methods) - 1) / 2.0) / max(len(methods), 2)
+            x = np.array([names.index(row.case) for row in rows]) + 0.7 * (i - (len(methods) - 1) / 2.0) / max(
+                len(methods), 2
+            )
             shift = 0.25 / max(len(methods), 2) * np.linspace(-1.0, 1.0, len(rows)) if len(rows) > 1 else 0.0
             ax.plot(x + shift, [row.tolerance for row in rows], "_", color=style.GREY, markersize=6, zorder=1)
             ax.plot(

@@ -15,7 +15,9 @@ def _catenary(span):
     """Points of the inextensible catenary of length 1 between (0, 0, 0) and (span, 0, 0)."""
     half = brentq(lambda x: np.sinh(x) / x - 1.0 / span, 1e-6, 20.0)
     x = np.linspace(-half, half, 41)
-    return np.stack([span * (x / half + 1.0) / 2.0, 0.0 * x, span / (2.0 * half) * (np.cosh(x) - np.cosh(half))], axis=1)
+    return np.stack(
+        [span * (x / half + 1.0) / 2.0, 0.0 * x, span / (2.0 * half) * (np.cosh(x) - np.cosh(half))], axis=1
+    )
 
 
 def _hung(EI, span, EA=None):
@@ -39,7 +41,9 @@ def test_hanging_cable(statement, method, judge) -> None:
     judge(statement, method)
 
 
-CATENARY = {span: digits("S12", f"span/L={span:g}: H/(wL)") + digits("S12", f"span/L={span:g}: sag/L") for span in (0.5, 0.9)}
+CATENARY = {
+    span: digits("S12", f"span/L={span:g}: H/(wL)") + digits("S12", f"span/L={span:g}: sag/L") for span in (0.5, 0.9)
+}
 ELASTIC = {span: digits("S12", f"elastic catenary wL/EA=0.1, span/L={span:g}: H/(wL)") + digits("S12", f"elastic catenary wL/EA=0.1, span/L={span:g}: sag/L") for span in (0.5, 0.9)}  # fmt: skip
 
 
@@ -58,9 +62,17 @@ def test_the_limit_is_the_catenary(span, stretch, judge) -> None:
         return _middle(dx.solve(_hung(EI, span, 10.0 if stretch else None), start=_catenary(span)))
 
     few, fewer = 1e-4, 2.5e-5
-    statement = Statement("S12", f"{'elastic ' * stretch}catenary, span {span:g} L", None, "H / w L, sag / L", None, exact)
+    statement = Statement(
+        "S12", f"{'elastic ' * stretch}catenary, span {span:g} L", None, "H / w L, sag / L", None, exact
+    )
     left = float(np.max(np.abs(read(few) - read(fewer)))) / 3.0
-    judge.continuous(statement, "Collocation", lambda: (4.0 * read(fewer) - read(few)) / 3.0, 0.25 * left, "EI 1e-4, 2.5e-5, extrapolated")
+    judge.continuous(
+        statement,
+        "Collocation",
+        lambda: (4.0 * read(fewer) - read(few)) / 3.0,
+        0.25 * left,
+        "EI 1e-4, 2.5e-5, extrapolated",
+    )
 
 
 # S13: a quarter of the ring by symmetry, from the load to the section at right angles to it. EI = R = 1.

@@ -199,7 +199,10 @@ def test_pressure(statement, method, judge) -> None:
 
 
 def _down(case, w):
-    x, y, a, k = (digits(case, name, f"wL^3/EI={w:g}") for name in ("tip x", "tip deflection", "tip angle below", "root curvature"))
+    x, y, a, k = (
+        digits(case, name, f"wL^3/EI={w:g}")
+        for name in ("tip x", "tip deflection", "tip angle below", "root curvature")
+    )
     return x + y * -1 + a * -1 + k * -1
 
 

@@ -16,7 +16,9 @@ from tests.validation.record import Digits, digits, stated
 
 UP = (0.0, 0.0, 1.0)
 UNIT = cases.UNIT
-FLAT = dx.Rod(1.0, dx.Stiffness(EI1=10.0, EI2=1.0, GJ=10.0))  # bends about d2, and so much less about d1 that it stays plane
+FLAT = dx.Rod(
+    1.0, dx.Stiffness(EI1=10.0, EI2=1.0, GJ=10.0)
+)  # bends about d2, and so much less about d1 that it stays plane
 PI2 = np.pi**2
 
 

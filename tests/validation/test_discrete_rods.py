@@ -43,13 +43,30 @@ def _rows():
             yield "D02", "helix", clamp, N, NATURAL, lambda x: x.tip, tip, 1e-11
     for (name, clamp), table in HANGING.items():
         for N, tip in table.items():
-            yield "D03", name, clamp, N, cases.hanging_helix({"H1": 20.0, "H2": 200.0}[name]), lambda x: x.tip, tip, 1e-9
+            yield (
+                "D03",
+                name,
+                clamp,
+                N,
+                cases.hanging_helix({"H1": 20.0, "H2": 200.0}[name]),
+                lambda x: x.tip,
+                tip,
+                1e-9,
+            )
 
 
 ROWS = list(_rows())
 
 
-@pytest.mark.parametrize("row", [pytest.param(r, id=f"{r[0]} {r[1]}, {r[2]}, {r[3]}", marks=[] if r[3] in (16, 20, 64, 80) else [pytest.mark.long]) for r in ROWS])
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(
+            r, id=f"{r[0]} {r[1]}, {r[2]}, {r[3]}", marks=[] if r[3] in (16, 20, 64, 80) else [pytest.mark.long]
+        )
+        for r in ROWS
+    ],
+)
 def test_digits_of_the_discrete_rod(row, judge) -> None:
     """D01 the heavy rod of S05, D02 the helix of S06, D03 the hanging helix of S10: M. Bergou and others (2008, 2010).
 
@@ -79,7 +96,9 @@ def test_orders_of_both_clamps(which) -> None:
     assert abs(np.log2(coarse / fine) - {"half": 2.0, "edge": 1.0}[clamp]) < 0.2
 
 
-CIRCLE = {N: [digits("D04", f"N={N}:", what) for what in ("interior", "root vertex", "tip (x,y)")] for N in (10, 20, 40)}
+CIRCLE = {
+    N: [digits("D04", f"N={N}:", what) for what in ("interior", "root vertex", "tip (x,y)")] for N in (10, 20, 40)
+}
 
 
 @pytest.mark.parametrize("N", CIRCLE)
@@ -114,7 +133,13 @@ def test_errors_of_discrete_rods(name, judge) -> None:
     limit = EXACT[NAMES.get(name, name)]
     errors = [float(np.linalg.norm(dx.solve(problem, dx.DiscreteRod(N)).tip - limit)) / L for N in (16, 32)]
     exact = Digits(ERRORS[name].value[:2], 6e-7)
-    judge.continuous(Statement("D05", name, None, "tip error / L", None, exact), "DiscreteRod", lambda: errors, SOLVED, "16, 32 segments")
+    judge.continuous(
+        Statement("D05", name, None, "tip error / L", None, exact),
+        "DiscreteRod",
+        lambda: errors,
+        SOLVED,
+        "16, 32 segments",
+    )
 
 
 STABLE = {name: digits("D06", f"{name}: number of negative") for name in ("H1", "H2", "H4")}

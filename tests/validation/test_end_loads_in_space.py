@@ -57,7 +57,15 @@ def _princeton(n, P, beta):
         return [*(x.tip - (0.508, 0, 0)) / 0.508, np.arctan2(d1[2], d1[1])]
 
     exact = digits("S08", words, "tip displacement") * (1 / 0.508) + digits("S08", words, "twist angle")
-    return Statement("S08", f"P = {P:g} N at {beta} degrees", problem, "displacement / L, twist (rad)", read, exact, long=beta not in (0, 45))
+    return Statement(
+        "S08",
+        f"P = {P:g} N at {beta} degrees",
+        problem,
+        "displacement / L, twist (rad)",
+        read,
+        exact,
+        long=beta not in (0, 45),
+    )
 
 
 @through_methods([_princeton(n, P, b) for n, P in ((1, 4.448), (3, 13.345)) for b in (0, 15, 30, 45, 60, 75, 90)])
@@ -95,7 +103,10 @@ def test_anisotropic_rod(statement, method, judge) -> None:
 
 S09B = [
     _space("S09b", "strip B1=1,B2=10,C=1, natural twist u3=2 pi" + words, cases.strip(force), f", F={named}")
-    for words, force, named in ((":", (2.0, 1.0, -1.0), "[2.0, 1.0, -1.0]:"), (", axial tension:", (0.5, 0.0, 20.0), "[0.5, 0, 20.0]:"))
+    for words, force, named in (
+        (":", (2.0, 1.0, -1.0), "[2.0, 1.0, -1.0]:"),
+        (", axial tension:", (0.5, 0.0, 20.0), "[0.5, 0, 20.0]:"),
+    )
 ]
 
 

@@ -45,7 +45,13 @@ def test_parallel_frame_of_a_polygon(N, b, judge) -> None:
     """
     exact = CORNERED[N, b]
     angle = exact.value + same_angle(holonomy(_circle(N, b)), exact.value)
-    judge.continuous(Statement("G01", f"{N} edges, {b} degrees", None, "holonomy (rad)", None, exact), "smallest_rotation", lambda: angle, 1e-13, "exact")
+    judge.continuous(
+        Statement("G01", f"{N} edges, {b} degrees", None, "holonomy (rad)", None, exact),
+        "smallest_rotation",
+        lambda: angle,
+        1e-13,
+        "exact",
+    )
 
 
 @pytest.mark.parametrize("b", ROUND)
@@ -60,7 +66,9 @@ def test_parallel_frame_of_a_helix(b, judge) -> None:
 
 
 def _torus(n, R, a):
-    return lambda t: np.stack([(R + a * np.cos(n * t)) * np.cos(t), (R + a * np.cos(n * t)) * np.sin(t), a * np.sin(n * t)], axis=1)
+    return lambda t: np.stack(
+        [(R + a * np.cos(n * t)) * np.cos(t), (R + a * np.cos(n * t)) * np.sin(t), a * np.sin(n * t)], axis=1
+    )
 
 
 def _trefoil(t):
@@ -68,7 +76,9 @@ def _trefoil(t):
 
 
 def _seam(t):
-    r = np.stack([np.cos(t) + 0.4 * np.cos(3 * t), np.sin(t) - 0.4 * np.sin(3 * t), 2 * np.sqrt(0.4) * np.sin(2 * t)], axis=1)
+    r = np.stack(
+        [np.cos(t) + 0.4 * np.cos(3 * t), np.sin(t) - 0.4 * np.sin(3 * t), 2 * np.sqrt(0.4) * np.sin(2 * t)], axis=1
+    )
     return r / np.linalg.norm(r, axis=1, keepdims=True)
 
 
@@ -77,13 +87,18 @@ CURVES = {
     "toroidal helix n=8, R=1, a=0.25": _torus(8, 1.0, 0.25),
     "trefoil torus knot (2,3), R=2, a=1": _trefoil,
     "spherical seam curve": _seam,
-    "tilted wobble x=cos t,y=sin t,z=.5 sin 2t": lambda t: np.stack([np.cos(t), np.sin(t), 0.5 * np.sin(2 * t)], axis=1),
+    "tilted wobble x=cos t,y=sin t,z=.5 sin 2t": lambda t: np.stack(
+        [np.cos(t), np.sin(t), 0.5 * np.sin(2 * t)], axis=1
+    ),
     "chiral unknot z=.5 sin(2t), r=1+.3cos(3t)..": lambda t: np.stack(
         [(1 + 0.3 * np.cos(2 * t)) * np.cos(t), (1 + 0.3 * np.cos(2 * t)) * np.sin(t), 0.5 * np.sin(2 * t)], axis=1
     ),
 }
 SPUN = {
-    name: tuple(digits("G02", name, what) for what in ("writhe", "total torsion/(2 pi)", "Frenet self-linking", "Bishop holonomy"))
+    name: tuple(
+        digits("G02", name, what)
+        for what in ("writhe", "total torsion/(2 pi)", "Frenet self-linking", "Bishop holonomy")
+    )
     for name in CURVES
 }
 
@@ -133,7 +148,13 @@ def test_polygons(name, judge) -> None:
     """G03; K. Klenin and J. Langowski, Biopolymers 54 (2000) 307: the writhe of a polygon, exact; its parallel frame turns by it."""
     x = POLYGONS[name]
     wr, turned = TURNED[name]
-    judge.continuous(Statement("G03", name, None, "writhe", None, wr), "writhe_of_polygon", lambda: writhe_of_polygon(np.append(x, x[:1], axis=0)), 1e-13, "exact")
+    judge.continuous(
+        Statement("G03", name, None, "writhe", None, wr),
+        "writhe_of_polygon",
+        lambda: writhe_of_polygon(np.append(x, x[:1], axis=0)),
+        1e-13,
+        "exact",
+    )
     angle = holonomy(np.roll(x, -1, axis=0) - x)
     assert abs(same_angle(angle, 2 * np.pi * turned.value[0])) < 1e-11
 

@@ -19,7 +19,9 @@ def _tip(convention):
 
 
 def _tip_a():
-    return sum((digits("S06", "convention A", f"tip {a} ") for a in "yz"), digits("S06", "convention A", "tip x ")) * (1 / LENGTH)
+    return sum((digits("S06", "convention A", f"tip {a} ") for a in "yz"), digits("S06", "convention A", "tip x ")) * (
+        1 / LENGTH
+    )
 
 
 # The tangent is e3, e1, e2 in the conventions A, B, C; the other two directors follow in cyclic order.
@@ -32,7 +34,9 @@ def _natural(convention):
     return dx.Equilibrium(rod, start=dx.Clamped(frame=np.eye(3)[:, axes]))
 
 
-TANGENT = sum((digits("S06", f"convention A: tip tangent {a}") for a in "yz"), digits("S06", "convention A: tip tangent x"))
+TANGENT = sum(
+    (digits("S06", f"convention A: tip tangent {a}") for a in "yz"), digits("S06", "convention A: tip tangent x")
+)
 S06 = [
     Statement("S06", f"natural helix, {name}", _natural(name), "tip / L", lambda x: x.tip / LENGTH,
               _tip_a() if name.endswith("A") else _tip(name))
@@ -207,7 +211,9 @@ def test_planar_loop(judge) -> None:
 
 def _hanging(name, problem, segments=128):
     unit = problem.rod.length
-    place, tangent, moment = (digits("S10", f"{name}:", what) for what in ("tip position", "tip tangent", "root moment"))
+    place, tangent, moment = (
+        digits("S10", f"{name}:", what) for what in ("tip position", "tip tangent", "root moment")
+    )
     EI = float(problem.rod.stiffness(np.zeros(1)).EI1[0])
     largest = float(np.max(np.abs(moment.value)))
     read = lambda x: [*x.tip / unit, *x.R(unit)[:, 2], *x.m(0.0) / EI / largest]  # noqa: E731
@@ -221,7 +227,13 @@ RUBBER_HELIX = dx.Equilibrium(
 )  # fmt: skip
 
 
-@through_methods([_hanging("H1", cases.hanging_helix(20.0)), _hanging("H2", cases.hanging_helix(200.0)), _hanging("H4", RUBBER_HELIX, 256)])
+@through_methods(
+    [
+        _hanging("H1", cases.hanging_helix(20.0)),
+        _hanging("H2", cases.hanging_helix(200.0)),
+        _hanging("H4", RUBBER_HELIX, 256),
+    ]
+)
 def test_hanging_helix(statement, method, judge) -> None:
     """S10, a natural helix under its weight, followed from no weight; the record's own computation, by two methods."""
     judge(statement, method)

@@ -18,7 +18,13 @@ METHODS = [dx.ImplicitMidpoint, dx.TRBDF2, dx.StormerVerlet]
 
 
 def _method(kind, N, step):
-    return kind(N) if kind is dx.StormerVerlet else kind(N, step=step) if kind is dx.ImplicitMidpoint else kind(N, rtol=1e-6)
+    return (
+        kind(N)
+        if kind is dx.StormerVerlet
+        else kind(N, step=step)
+        if kind is dx.ImplicitMidpoint
+        else kind(N, rtol=1e-6)
+    )
 
 
 @pytest.mark.parametrize("kind", METHODS, ids=lambda kind: kind.__name__)
@@ -58,13 +64,25 @@ def test_spinning_free_rod(kind, judge) -> None:
     place = lambda s: np.outer(np.sin(k * (s - h)) / (k * np.cos(k * h)), (1, 0, 0))  # noqa: E731
     first = float(place(np.zeros(1))[0, 0])
     problem = dx.Equilibrium(rod, dx.Pinned((first, 0, 0)))
-    motion = dx.Motion(problem, np.pi / Omega, initial=place, velocity=lambda s: np.cross((0, 0, Omega), place(s)), release={"start": 0.0})
+    motion = dx.Motion(
+        problem,
+        np.pi / Omega,
+        initial=place,
+        velocity=lambda s: np.cross((0, 0, Omega), place(s)),
+        release={"start": 0.0},
+    )
 
     def answer(N):
         x = dx.simulate(motion, _method(kind, N, np.pi / Omega / (4 * N)), records=4)
         return np.linalg.norm(x.tip - x.positions[:, 0], axis=1)[-1] / (2 * h)
 
-    judge.continuous(Statement("Y04", "spinning free rod", None, "R_tip / h", None, SPUN), kind.__name__, lambda: answer(32), 2.0 / 32**2, "32 segments")
+    judge.continuous(
+        Statement("Y04", "spinning free rod", None, "R_tip / h", None, SPUN),
+        kind.__name__,
+        lambda: answer(32),
+        2.0 / 32**2,
+        "32 segments",
+    )
 
 
 @pytest.mark.long
@@ -82,7 +100,13 @@ def test_pendulum_of_large_swing(kind, judge) -> None:
         late = x.tip[1, 0] / abs(x.velocities[1, -1, 0])
         return period + 4.0 * late
 
-    judge.continuous(Statement("Y04", "pendulum", None, "period sqrt(g / L)", None, PERIOD), kind.__name__, answer, 1e-3, "40 segments, EI = 1000 rhoA g L^3")
+    judge.continuous(
+        Statement("Y04", "pendulum", None, "period sqrt(g / L)", None, PERIOD),
+        kind.__name__,
+        answer,
+        1e-3,
+        "40 segments, EI = 1000 rhoA g L^3",
+    )
 
 
 RATES = {
@@ -97,7 +121,11 @@ def _shape(ends, beta, s):
     if ends == "pinned-pinned":
         return np.sin(beta * s)
     sign = 1.0 if ends == "free-free" else -1.0
-    sigma = (np.cosh(beta) - np.cos(beta)) / (np.sinh(beta) - np.sin(beta)) if sign > 0 else (np.sinh(beta) - np.sin(beta)) / (np.cosh(beta) + np.cos(beta))
+    sigma = (
+        (np.cosh(beta) - np.cos(beta)) / (np.sinh(beta) - np.sin(beta))
+        if sign > 0
+        else (np.sinh(beta) - np.sin(beta)) / (np.cosh(beta) + np.cos(beta))
+    )
     return np.cosh(beta * s) + sign * np.cos(beta * s) - sigma * (np.sinh(beta * s) + sign * np.sin(beta * s))
 
 
@@ -128,7 +156,10 @@ def test_creeping_filament(which, judge) -> None:
     judge.of_second_order("Y05", f"{ends}, {n + 1}", "rate zeta L^4 / EI", "TRBDF2", answer, exact, 24, 1e-3)
 
 
-TWISTS = {"free-free": digits("Y05", "twist relaxation free-free"), "clamped-free": digits("Y05", "twist relaxation clamped-free")}
+TWISTS = {
+    "free-free": digits("Y05", "twist relaxation free-free"),
+    "clamped-free": digits("Y05", "twist relaxation clamped-free"),
+}
 
 
 @pytest.mark.parametrize("ends", TWISTS)
@@ -153,4 +184,13 @@ def test_creeping_twist(ends, judge) -> None:
         return np.log(sizes[1] / sizes[2]) * rate
 
     # what inertia changes: rate J over zeta
-    judge.of_second_order("Y05", f"twist, {ends}", "rate zeta_r L^2 / GJ", "TRBDF2", answer, Digits(exact.value, 1.5 * rate**2 * J), 24, 1e-3)
+    judge.of_second_order(
+        "Y05",
+        f"twist, {ends}",
+        "rate zeta_r L^2 / GJ",
+        "TRBDF2",
+        answer,
+        Digits(exact.value, 1.5 * rate**2 * J),
+        24,
+        1e-3,
+    )

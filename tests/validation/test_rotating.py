@@ -108,5 +108,3 @@ def test_critical_speeds(name, method, judge) -> None:
 
     width = 10 * NEAR if method is SHOOTING else 3.0 * (4.73 / 800) ** 2 / 12.0 * (3.0 if above == 2 else 1.0)
     judge.between("T17c", name, "Omega sqrt(rhoA L^4 / EI)", method, index, SPEEDS[name], width, (below, above))
-
-

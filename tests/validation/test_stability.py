@@ -87,10 +87,20 @@ def test_columns_by_continuous_methods(name, judge) -> None:
     case, problem_at, exact = COLUMNS[name]
     for method in (SHOOTING, COLLOCATION):
         if method.refuses(problem_at(1.0)) is None:
-            judge.between(case, name, "critical load L^2 / EI", method, lambda P, m=method: leaves(problem_at(P), m, across), exact, 4.0 * NEAR)
+            judge.between(
+                case,
+                name,
+                "critical load L^2 / EI",
+                method,
+                lambda P, m=method: leaves(problem_at(P), m, across),
+                exact,
+                4.0 * NEAR,
+            )
 
 
-@pytest.mark.parametrize("name", [n if n.endswith("force") else pytest.param(n, marks=pytest.mark.long) for n in COLUMNS])
+@pytest.mark.parametrize(
+    "name", [n if n.endswith("force") else pytest.param(n, marks=pytest.mark.long) for n in COLUMNS]
+)
 def test_columns_by_discrete_rods(name, judge) -> None:
     """T13, T14: the same by the vanishing stiffness of a discrete rod's lowest mode."""
     case, problem_at, exact = COLUMNS[name]
@@ -131,7 +141,10 @@ def test_column_that_shears_and_shortens(which, method, judge) -> None:
                   lambda P: leaves(_pushed(ends, P, rod), method, across), SOFT[which], (50.0 if EA == 1e9 else 10.0) * NEAR)  # fmt: skip
 
 
-LINKS = {ratio: digits("T15", f"critical turns for C/B={name}") for name, ratio in (("1", 1.0), ("2/3", 2 / 3), ("0.75", 0.75), ("10/13", 10 / 13))}
+LINKS = {
+    ratio: digits("T15", f"critical turns for C/B={name}")
+    for name, ratio in (("1", 1.0), ("2/3", 2 / 3), ("0.75", 0.75), ("10/13", 10 / 13))
+}
 stated("T15", "critical twist moment")
 stated("T15", "critical total twist")
 stated("T15", "critical number of turns")
@@ -141,7 +154,15 @@ stated("T15", "critical number of turns")
 def test_michells_ring(ratio, judge) -> None:
     """T15; J. H. Michell, Messenger of Math. 19 (1890) 181; E. E. Zajac, J. Appl. Mech. 29 (1962) 136: sqrt(3) B / C turns."""
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=ratio))
-    judge.between("T15", f"C / B = {ratio:.4g}", "turns", COLLOCATION, lambda turns: int(bool(dx.solve(dx.Ring(rod, link=turns)).index)), LINKS[ratio], NEAR)
+    judge.between(
+        "T15",
+        f"C / B = {ratio:.4g}",
+        "turns",
+        COLLOCATION,
+        lambda turns: int(bool(dx.solve(dx.Ring(rod, link=turns)).index)),
+        LINKS[ratio],
+        NEAR,
+    )
 
 
 TENSIONS = {T: digits("T16", f"clamped-clamped, T L^2/B={T}:") for T in (0, 10, 100, -10, -39)}
@@ -150,14 +171,24 @@ stated("T16", "zero tension")
 
 def _wrung(T, M):
     """Clamped, twisted by the angle that makes the moment M, free to draw the ends together."""
-    return dx.Equilibrium(ROUND, end=dx.Slider(along=UP, twist=M / 0.75), loads=[dx.EndForce((0, 0, float(T)))] if T else [])
+    return dx.Equilibrium(
+        ROUND, end=dx.Slider(along=UP, twist=M / 0.75), loads=[dx.EndForce((0, 0, float(T)))] if T else []
+    )
 
 
 @pytest.mark.parametrize("T", [pytest.param(T, marks=[pytest.mark.long] if T else []) for T in TENSIONS])
 def test_twisted_and_pulled_by_collocation(T, judge) -> None:
     """T16; A. G. Greenhill, Proc. Inst. Mech. Eng. (1883) 182; A. E. H. Love (1927), art. 272: B y'''' - i M y''' - T y'' = 0."""
     width = NEAR * max(1.0, 4 * np.pi**2 / (4 * np.pi**2 + T))  # near Euler's load M changes little of what is critical
-    judge.between("T16", f"T L^2 / B = {T}", "M L / B", COLLOCATION, lambda M: leaves(_wrung(T, M), COLLOCATION, across), TENSIONS[T], width)
+    judge.between(
+        "T16",
+        f"T L^2 / B = {T}",
+        "M L / B",
+        COLLOCATION,
+        lambda M: leaves(_wrung(T, M), COLLOCATION, across),
+        TENSIONS[T],
+        width,
+    )
 
 
 FLAT = {EI: digits("T17a", "full Kirchhoff", f"EI_stiff={EI}:") for EI in (10, 100, 1000)}
@@ -167,7 +198,9 @@ NARROW = digits("T17a", "cantilever, tip load at centroid")
 def _strip(P, EI):
     """P is the load over sqrt(EI_soft GJ); gravity-like, along the stiff direction d1 (bending about d2)."""
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=float(EI), GJ=0.8))
-    return dx.Equilibrium(rod, dx.Clamped(tangent=(1, 0, 0), d1=(0, 0, 1)), loads=[dx.EndForce((0, 0, -P * np.sqrt(0.8)))])
+    return dx.Equilibrium(
+        rod, dx.Clamped(tangent=(1, 0, 0), d1=(0, 0, 1)), loads=[dx.EndForce((0, 0, -P * np.sqrt(0.8)))]
+    )
 
 
 def tilted(x):
@@ -181,7 +214,15 @@ def test_lateral_buckling_of_a_strip(EI, method, judge) -> None:
 
     What counts as a negative eigenvalue is measured by the rod's stiffest direction: the bracket is as much wider.
     """
-    judge.between("T17a", f"EI_stiff = {EI}", "P L^2 / sqrt(EI GJ)", method, lambda P: leaves(_strip(P, EI), method, tilted), FLAT[EI], NEAR * EI)
+    judge.between(
+        "T17a",
+        f"EI_stiff = {EI}",
+        "P L^2 / sqrt(EI GJ)",
+        method,
+        lambda P: leaves(_strip(P, EI), method, tilted),
+        FLAT[EI],
+        NEAR * EI,
+    )
 
 
 @pytest.mark.parametrize("EI", [pytest.param(EI, marks=[pytest.mark.long] if EI > 10 else []) for EI in FLAT])
@@ -199,7 +240,11 @@ def test_lateral_buckling_of_a_strip_without_bending_before(judge) -> None:
 
 
 def _writhed(ratio):
-    return [digits("T18", f"C/B={name}:", what) for name in (ratio,) for what in ("end shortening", "P L^2/B there", "inflexion angle")]
+    return [
+        digits("T18", f"C/B={name}:", what)
+        for name in (ratio,)
+        for what in ("end shortening", "P L^2/B there", "inflexion angle")
+    ]
 
 
 WRITHING = {name: _writhed(name) for name in ("1", "0.75", "0.666667", "1.5")}
@@ -224,7 +269,15 @@ def test_writhing_of_the_clamped_elastica(name, judge) -> None:
     """
     shortening, force, alpha = WRITHING[name]
     ratio = 2 / 3 if name == "0.666667" else float(name)
-    judge.between("T18", f"C / B = {name}", "end shortening D / L", COLLOCATION, lambda D: int(out_of_plane(_approached(ratio, D)) > 1e-4), shortening, 1e-3)
+    judge.between(
+        "T18",
+        f"C / B = {name}",
+        "end shortening D / L",
+        COLLOCATION,
+        lambda D: int(out_of_plane(_approached(ratio, D)) > 1e-4),
+        shortening,
+        1e-3,
+    )
     k2 = np.sin(np.radians(float(alpha.value[0])) / 2) ** 2
     assert abs(2.0 - 2.0 * ellipe(k2) / ellipk(k2) - shortening.value[0]) < 1e-9
     assert abs(16.0 * ellipk(k2) ** 2 - force.value[0]) < 1e-7

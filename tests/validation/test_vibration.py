@@ -32,7 +32,9 @@ def by_discrete_rod(problem, count, **how):
 
 def by_natural_modes(problem, count, rigid=0, about=None, **motion):
     def answer(N):
-        found = dx.natural_modes(problem, count + rigid, segments=N, about=about, rotary_inertia=1e-6, **motion).frequencies
+        found = dx.natural_modes(
+            problem, count + rigid, segments=N, about=about, rotary_inertia=1e-6, **motion
+        ).frequencies
         return TURN * found[rigid:]
 
     return answer
@@ -50,8 +52,16 @@ def _betas(ends):
 STRAIGHT = dx.Rod(1.0, PLANE, stretch=True)
 BEAMS = {
     "clamped-free": ("clamped-free", {}, {}),
-    "clamped-clamped": ("clamped-clamped (= free-free elastic modes)", {"end": dx.Slider(along=UP)}, {"end": dx.Clamped(UP)}),
-    "clamped-pinned": ("clamped-pinned (= free-pinned elastic modes)", {"end": dx.Roller(along=UP)}, {"end": dx.Pinned(UP)}),
+    "clamped-clamped": (
+        "clamped-clamped (= free-free elastic modes)",
+        {"end": dx.Slider(along=UP)},
+        {"end": dx.Clamped(UP)},
+    ),
+    "clamped-pinned": (
+        "clamped-pinned (= free-pinned elastic modes)",
+        {"end": dx.Roller(along=UP)},
+        {"end": dx.Pinned(UP)},
+    ),
     "clamped-sliding": ("clamped-sliding", {"end": dx.Guided()}, None),
     "pinned-pinned": ("pinned-pinned", {"start": HINGE, "end": dx.Roller(along=UP)}, None),
 }
@@ -62,9 +72,27 @@ BETAS = {name: _betas(record) for name, (record, *_) in BEAMS.items()}
 def test_beams(name, judge) -> None:
     """V01; R. D. Blevins, Formulas for Natural Frequency and Mode Shape (1979), table 8-1: omega = (beta L)^2 sqrt(EI / rhoA L^4)."""
     _, discrete, moving = BEAMS[name]
-    judge.of_second_order("V01", name, "omega", "DiscreteRod.modes", by_discrete_rod(dx.Equilibrium(FLAT, **discrete), 3), BETAS[name], 64, 1e-6)
+    judge.of_second_order(
+        "V01",
+        name,
+        "omega",
+        "DiscreteRod.modes",
+        by_discrete_rod(dx.Equilibrium(FLAT, **discrete), 3),
+        BETAS[name],
+        64,
+        1e-6,
+    )
     if moving is not None:
-        judge.of_second_order("V01", name, "omega", "natural_modes", by_natural_modes(dx.Equilibrium(STRAIGHT, **moving), 3), BETAS[name], 64, 1e-6)
+        judge.of_second_order(
+            "V01",
+            name,
+            "omega",
+            "natural_modes",
+            by_natural_modes(dx.Equilibrium(STRAIGHT, **moving), 3),
+            BETAS[name],
+            64,
+            1e-6,
+        )
 
 
 for _words in ("axial/torsion", "c axial", "c torsion"):
@@ -74,9 +102,16 @@ for _words in ("axial/torsion", "c axial", "c torsion"):
 @pytest.mark.parametrize("kind", ["axial", "torsion"])
 def test_waves_along_the_rod(kind, judge) -> None:
     """V02: fixed and free (2 n - 1) pi / 2 c / L, free and free n pi c / L, c = sqrt(EA / rhoA) or sqrt(GJ / J)."""
-    stiff = {"EI1": 10.0, "EI2": 10.0, "GJ": 1e8, "EA": 1.0} if kind == "axial" else {"EI1": 10.0, "EI2": 10.0, "GJ": 1.0, "EA": 1e8}
+    stiff = (
+        {"EI1": 10.0, "EI2": 10.0, "GJ": 1e8, "EA": 1.0}
+        if kind == "axial"
+        else {"EI1": 10.0, "EI2": 10.0, "GJ": 1.0, "EA": 1e8}
+    )
     rod = dx.Rod(1.0, dx.Stiffness(mass=1.0, **stiff), stretch=True)
-    for name, motion, rigid, exact in (("fixed-free", {}, 0, [0.5, 1.5, 2.5]), ("free-free", {"release": {"start": 0.0}}, 6, [1.0, 2.0, 3.0])):
+    for name, motion, rigid, exact in (
+        ("fixed-free", {}, 0, [0.5, 1.5, 2.5]),
+        ("free-free", {"release": {"start": 0.0}}, 6, [1.0, 2.0, 3.0]),
+    ):
         judge.of_second_order("V02", f"{kind}, {name}", "omega L / c", "natural_modes",
                               lambda N, m=motion, r=rigid: TURN * dx.natural_modes(dx.Equilibrium(rod), 3 + r, segments=N, rotary_inertia=1.0, **m).frequencies[r:],
                               Digits(np.pi * np.array(exact)), 32, 1e-6)  # fmt: skip
@@ -97,11 +132,18 @@ def test_loaded_beams(name, judge) -> None:
     """V03: EI w'''' - T w'' = rhoA omega^2 w; pinned: omega^2 = (n pi)^2 ((n pi)^2 EI + T)."""
     supports, T, exact = LOADED[name]
     problem = dx.Equilibrium(FLAT, **supports, loads=[dx.EndForce((0, 0, T))])
-    judge.of_second_order("V03", name, "omega", "DiscreteRod.modes", by_discrete_rod(problem, len(exact.value)), exact, 64, 1e-6)
+    judge.of_second_order(
+        "V03", name, "omega", "DiscreteRod.modes", by_discrete_rod(problem, len(exact.value)), exact, 64, 1e-6
+    )
 
 
 SPEEDS = (0, 3, 12)
-FLAP = {eta: digits("V04", f"eta={eta}: flap omega_1") + digits("V04", f"eta={eta}: flap omega_2") + digits("V04", f"eta={eta}: flap omega_3") for eta in SPEEDS}
+FLAP = {
+    eta: digits("V04", f"eta={eta}: flap omega_1")
+    + digits("V04", f"eta={eta}: flap omega_2")
+    + digits("V04", f"eta={eta}: flap omega_3")
+    for eta in SPEEDS
+}
 LAG = {eta: digits("V04", f"eta={eta}: lag") for eta in SPEEDS}
 
 
@@ -115,7 +157,16 @@ def test_rotating_cantilever(eta, way, judge) -> None:
     axis = (eta, 0, 0) if way == "flap" else (0, eta, 0)
     problem = dx.Equilibrium(FLAT, loads=[dx.Rotation(axis)] if eta else [])
     exact = FLAP[eta] if way == "flap" else LAG[eta]
-    judge.of_second_order("V04", f"eta = {eta}, {way}", "omega", "DiscreteRod.modes", by_discrete_rod(problem, len(exact.value)), exact, 64, 1e-6)
+    judge.of_second_order(
+        "V04",
+        f"eta = {eta}, {way}",
+        "omega",
+        "DiscreteRod.modes",
+        by_discrete_rod(problem, len(exact.value)),
+        exact,
+        64,
+        1e-6,
+    )
 
 
 def _three(*words):
@@ -124,14 +175,19 @@ def _three(*words):
 
 HUNG = {"standing q=1": -1.0, "hanging q=10": 10.0, "hanging q=100": 100.0, "hanging q=1000": 1000.0}
 COLUMNS = {name: _three("clamped-free", name) for name in HUNG}
-PENDULUMS = {q: digits("V05", "flexible pendulum", f"EI={q}: omega_1") + digits("V05", "flexible pendulum", f"EI={q}: omega_2") for q in (1, 10, 100, 1000)}
+PENDULUMS = {
+    q: digits("V05", "flexible pendulum", f"EI={q}: omega_1") + digits("V05", "flexible pendulum", f"EI={q}: omega_2")
+    for q in (1, 10, 100, 1000)
+}
 
 
 @pytest.mark.parametrize("name", HUNG)
 def test_hanging_and_standing_rods(name, judge) -> None:
     """V05: EI w'''' -+ q ((L - s) w')' = rhoA omega^2 w, hanging or standing."""
     problem = dx.Equilibrium(FLAT, loads=[dx.LineForce((0, 0, HUNG[name]))])
-    judge.of_second_order("V05", name, "omega", "DiscreteRod.modes", by_discrete_rod(problem, 3), COLUMNS[name], 128, 1e-6)
+    judge.of_second_order(
+        "V05", name, "omega", "DiscreteRod.modes", by_discrete_rod(problem, 3), COLUMNS[name], 128, 1e-6
+    )
 
 
 @pytest.mark.parametrize("q", PENDULUMS)
@@ -142,7 +198,10 @@ def test_flexible_pendulum(q, judge) -> None:
                           lambda N: by_discrete_rod(problem, 2)(N) / np.sqrt(q), PENDULUMS[q], 64, 1e-6)  # fmt: skip
 
 
-RIGID, CHAIN = digits("V05", "rigid pendulum"), [digits("V05", "hanging chain limit", f"omega_{n}") for n in (1, 2, 3, 4)]
+RIGID, CHAIN = (
+    digits("V05", "rigid pendulum"),
+    [digits("V05", "hanging chain limit", f"omega_{n}") for n in (1, 2, 3, 4)],
+)
 
 
 def test_limits_of_the_pendulum(judge) -> None:
@@ -151,7 +210,7 @@ def test_limits_of_the_pendulum(judge) -> None:
     for q, exact, allowed in ((1e-2, RIGID, 3e-5), (1e8, CHAIN[0] + CHAIN[1] + CHAIN[2] + CHAIN[3], 1e-4)):
         problem = dx.Equilibrium(FLAT, HINGE, loads=[dx.LineForce((0, 0, q))])
         judge.of_second_order("V05", f"pendulum q = {q:g}", "omega sqrt(L / g)", "DiscreteRod.modes",
-                              lambda N, p=problem, q=q, n=len(exact.value): by_discrete_rod(p, 2 * n)(N)[:: 2 if n > 1 else 1][:n] / np.sqrt(q), exact, 128, allowed)  # fmt: skip
+                              lambda N, p=problem, q=q, n=exact.value.size: by_discrete_rod(p, 2 * n)(N)[:: 2 if n > 1 else 1][:n] / np.sqrt(q), exact, 128, allowed)  # fmt: skip
 
 
 QUARTER = np.pi / 2
@@ -162,7 +221,10 @@ def _even(name, words):
 
 
 IN_PLANE = _even("2", "in-plane flexural") + _even("4", "in-plane flexural")
-OUT = {1.0: digits("V06", "out-of-plane flexural n=2, GJ/EI=1:"), 2 / 3: digits("V06", "out-of-plane flexural n=2, GJ/EI=2/3:")}
+OUT = {
+    1.0: digits("V06", "out-of-plane flexural n=2, GJ/EI=1:"),
+    2 / 3: digits("V06", "out-of-plane flexural n=2, GJ/EI=2/3:"),
+}
 
 
 def test_ring_in_its_plane(judge) -> None:
@@ -188,7 +250,11 @@ def test_ring_out_of_its_plane(ratio, judge) -> None:
 
 
 BENT = {}
-for _name, _GJ, _EI in (("GJ/EI=1, EI_out/EI=1", 1.0, 1.0), ("GJ/EI=0.666667, EI_out/EI=1", 2 / 3, 1.0), ("GJ/EI=0.7, EI_out/EI=2.5", 0.7, 2.5)):
+for _name, _GJ, _EI in (
+    ("GJ/EI=1, EI_out/EI=1", 1.0, 1.0),
+    ("GJ/EI=0.666667, EI_out/EI=1", 2 / 3, 1.0),
+    ("GJ/EI=0.7, EI_out/EI=2.5", 0.7, 2.5),
+):
     _found = [digits("V07", f"wL^3/EI=10, {_name}: omega_{n}") for n in range(1, 6)]
     BENT[_name] = (_GJ, _EI, _found[0] + _found[1] + _found[2] + _found[3] + _found[4])
 
@@ -202,7 +268,9 @@ def test_heavy_cantilever(name, judge) -> None:
     judge.of_second_order("V07", name, "omega", "DiscreteRod.modes", by_discrete_rod(problem, 5), exact, 128, 1e-6)
 
 
-@pytest.mark.xfail(strict=True, reason="natural_modes leaves out the tension of an inextensible rod about a loaded shape")
+@pytest.mark.xfail(
+    strict=True, reason="natural_modes leaves out the tension of an inextensible rod about a loaded shape"
+)
 def test_heavy_cantilever_by_natural_modes(judge) -> None:
     """V07 by `natural_modes`, about the equilibrium that `Collocation` finds."""
     name = "GJ/EI=1, EI_out/EI=1"
@@ -210,4 +278,6 @@ def test_heavy_cantilever_by_natural_modes(judge) -> None:
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, mass=1.0))
     problem = dx.Equilibrium(rod, dx.Clamped(tangent=(1, 0, 0)), loads=[dx.LineForce((0, 0, -10.0))])
     shape = dx.solve(problem, COLLOCATION)
-    judge.of_second_order("V07", name, "omega", "natural_modes", by_natural_modes(problem, 5, about=shape), exact, 128, 1e-5)
+    judge.of_second_order(
+        "V07", name, "omega", "natural_modes", by_natural_modes(problem, 5, about=shape), exact, 128, 1e-5
+    )
