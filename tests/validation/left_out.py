@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 LEFT_OUT = [
+    ("S04", "midspan deflection/L, alpha=170", "pinned beyond four times Pcr: Collocation stays straight, unstable; held by the clamped column, of half the length"),
+    ("S04", "midspan deflection/L, alpha=160", "pinned beyond four times Pcr: Collocation stays straight, unstable; held by the clamped column, of half the length"),
     ("S05", "number of planar", "a search for equilibria can't promise to find all; it is held to the counts up to the first fold"),
     ("S06", "geometric", "of other conventions: follows from curvature, which is held"),
     ("S07", "Bathe & Bolourchi 1979", "read off a figure, of few elements: up to 0.2 off all four variants"),

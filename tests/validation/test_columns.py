@@ -46,12 +46,6 @@ S04 = [
     for name, (supports, critical, read) in HELD.items()
     for alpha in ((20, 40, 60, 100, 120, 160, 170) if name == "clamped, free" else (20, 40, 60, 100, 120))
 ] + [
-    Statement("S04", f"pinned, pinned, alpha = {alpha:g}", dx.Equilibrium(FLAT, dx.Pinned(), dx.Pinned((0, 0, float(distance.value[0])))),
-              "P / Pcr, deflection / L", lambda x: [-x.n(0.0)[2] / PI2, sideways(x)],
-              digits("S04", "P/Pcr, ", f"alpha={alpha:g} ") + digits("S04", "midspan deflection/L, alpha", f"alpha={alpha:g} "), (COLLOCATION,), long=True)
-    for alpha in (160, 170)  # beyond four times Pcr the straight rod has a second unstable direction, and the pull is prescribed instead
-    for distance in (digits("S04", "end distance/L", f"alpha={alpha:g} "),)
-] + [
     Statement("S04", "the pinned ends touch", _column(HELD["pinned, pinned"][0], PI2 * float(digits("S04", "P/Pcr where the ends touch").value[0])),
               "end distance / L, deflection / L", HELD["pinned, pinned"][2],
               Digits(np.zeros(1)) + digits("S04", "midspan deflection/L where"), (COLLOCATION,), long=True)
