@@ -27,6 +27,8 @@ LEFT_OUT = [
     ("T19", "dead radial", "a ring held at one section leaves its plane under a dead load before that"),
     ("T19", "hydrostatic", "a follower has no potential, hence no index"),
     ("T19", "load directed to the fixed centre", "a load that is a function of the shape has no index"),
+    ("V01", "beta_4", "three modes are held for each pair of ends"),
+    ("V01", "beta_5", "three modes are held for each pair of ends"),
     ("V02", "Rayleigh", "no rotary inertia across the rod"),
     ("V02", "Timoshenko", "no shear and no rotary inertia across the rod in motion"),
     ("V06", "n=3", "odd modes of a ring have no quarter with supports of ours; a free ring can't be held"),

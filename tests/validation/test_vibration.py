@@ -42,8 +42,6 @@ def by_natural_modes(problem, count, rigid=0, about=None, **motion):
 
 def _betas(ends):
     """omega_n = (beta_n L)^2, three of them; the first is in the record too."""
-    stated("V01", "beta_4", ends)
-    stated("V01", "beta_5", ends)
     betas = [digits("V01", f"beta_{n} L, {ends}") for n in (1, 2, 3)]
     stated("V01", "omega_1", ends)
     return Digits(np.concatenate([b.value for b in betas]) ** 2)
