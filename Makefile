@@ -13,7 +13,7 @@ RUNTIME := $(VENV)/.runtime
 DEV     := $(VENV)/.dev
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test fuzz lint format docs bench coverage lock clean distclean
+.PHONY: help paper test fuzz validate mutants lint format docs bench coverage lock clean distclean
 
 help: ## this list
 	@echo 'usage: make JOB [PYTHON=python3.13] [ARGS="..."]'
@@ -31,6 +31,13 @@ fuzz: export MPLBACKEND = Agg
 fuzz: export DARBOUX_FUZZ = 2000
 fuzz: $(DEV) ## 2,000 random problems and 10,000 damaged files of each kind (half an hour)
 	$(BIN)/python -m pytest tests/test_any_problem.py tests/test_any_file.py $(ARGS)
+
+validate: export MPLBACKEND = Agg
+validate: $(DEV) ## every reference case by every method, and docs/validation.md (some minutes)
+	$(BIN)/python -m tests.validation.page $(ARGS)
+
+mutants: $(DEV) ## wrong formulas that tests must see (some minutes; ARGS="band link" for some files)
+	$(BIN)/python -m tests.tools.mutants $(ARGS)
 
 lint: $(DEV) ## style, format, types, and the direction of imports
 	$(BIN)/python -m ruff check

@@ -193,12 +193,14 @@ def test_a_support_does_what_it_says(name: str) -> None:
 def test_a_rotational_spring_gives_what_its_energy_says() -> None:
     """The work of the end moment over a small rotation is minus the change of 1/2 theta . K theta, at a large angle."""
     K = np.array([[2.0, 0.3, 0.1], [0.3, 3.0, 0.2], [0.1, 0.2, 4.0]])
-    joint = dx.Equilibrium(UNIT, end=dx.Spring(rotational=K))
+    rest = frames.quaternion_of_turn(np.array([[0.3, 0.5, -0.4]]))[0]
+    joint = dx.Equilibrium(UNIT, end=dx.Spring(rotational=K, frame=frames.matrix_of_quaternion(rest[None])[0]))
     conditions = EndConditions(joint.end, joint.end_load("end"), 1.0, Scale.of(joint))
-    q = frames.quaternion_of_turn(np.array([[0.9, -1.1, 0.7]]))[0]
+    q = frames.product(frames.quaternion_of_turn(np.array([[0.9, -1.1, 0.7]]))[0], rest)
     moment = conditions.values(np.concatenate([np.zeros(3), q, np.zeros(6)]), 1.0)[3:]
 
     def energy(q: np.ndarray) -> float:
+        q = frames.product(q, rest * (1, -1, -1, -1))
         half = np.arctan2(np.linalg.norm(q[1:]), q[0])
         theta = 2.0 * half * q[1:] / np.linalg.norm(q[1:])
         return float(0.5 * theta @ K @ theta)

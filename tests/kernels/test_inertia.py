@@ -29,6 +29,24 @@ def test_the_count_is_that_of_the_eigenvalues(seed: int) -> None:
     assert negative_eigenvalues(diagonal.ravel(), below.ravel(), sizes, 0.0, 0.0) == expected
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_count_is_sharp_where_blocks_are_definite(side: float) -> None:
+    """A definite matrix, shifted to either side of its lowest eigenvalue: the inverses of all blocks take part."""
+    rng = np.random.default_rng(2)
+    diagonal, below, full = np.zeros((5, 6, 6)), rng.normal(size=(4, 6, 6)), np.zeros((30, 30))
+    for i in range(5):
+        A = rng.normal(size=(6, 6))
+        diagonal[i] = A + A.T + 12.0 * np.eye(6)
+        full[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = diagonal[i]
+        if i:
+            full[6 * i : 6 * i + 6, 6 * i - 6 : 6 * i] = below[i - 1]
+            full[6 * i - 6 : 6 * i, 6 * i : 6 * i + 6] = below[i - 1].T
+    lowest = np.linalg.eigvalsh(full)[0] + side * 1e-6
+    diagonal -= lowest * np.eye(6)
+    count = negative_eigenvalues(diagonal.ravel(), below.ravel(), np.full(5, 6), 0.0, 0.0)
+    assert count == (1 if side > 0.0 else 0)
+
+
 def test_an_eigenvalue_of_rounding_does_not_count() -> None:
     D = np.diag([1.0, 2.0, -1e-9, 3.0, 1.0, 1.0])
     count = [negative_eigenvalues(D.ravel(), np.empty(0), np.array([6]), limit, 0.0) for limit in (1e-5, 0.0)]

@@ -1,0 +1,147 @@
+"""Does some test fail when a formula is wrong? Each mutant flips a sign or drops a term, and names the test that sees it.
+
+    make mutants                     every mutant, some minutes
+    make mutants ARGS="band link"    those of files whose path contains one of the words
+
+Each runs in a copy of the tree, kernels uncompiled. The exit status is 1 where a mutant survives, where a named test fails
+without it, or where a mutant's text no longer stands in its file exactly once.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+COPIED = ("src", "tests", "pyproject.toml", "README.md", "requirements.txt")
+LONGEST = 600  # s that one test may take
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """In ``file``, below src/darboux, ``text`` becomes ``changed``; then ``test``, below tests, must fail."""
+
+    file: str
+    text: str
+    changed: str
+    test: str
+
+    @property
+    def path(self) -> Path:
+        return Path("src/darboux") / self.file
+
+    def found(self, root: Path) -> bool:
+        """Return whether the text stands in the file exactly once."""
+        return (root / self.path).read_text().count(self.text) == 1
+
+
+ROD_EQUATIONS = "kernels/test_rod_equations.py"
+DISCRETE_ROD = "kernels/test_discrete_rod.py"
+DERIVATIVE = f"{ROD_EQUATIONS}::test_derivative_is_the_formula"
+JACOBIAN = f"{ROD_EQUATIONS}::test_jacobian_is_the_complex_step_of_the_formula"
+ORACLE = f"{DISCRETE_ROD}::test_energy_gradient_and_hessian_are_the_oracles"
+LAPACK = "kernels/test_band.py::test_definite_band_is_solved_as_by_lapack"
+INERTIA = "kernels/test_inertia.py::test_the_count_is_sharp_where_blocks_are_definite"
+ONE_STEP = "kernels/test_dormand_prince.py::test_one_step_has_the_declared_order"
+MOTION = "kernels/test_rod_motion.py::test_the_band_is_the_derivative_of_the_balance"
+GAUSS = "kernels/test_collocation.py::test_weights_integrate_polynomials"
+SPRING = "test_collocation.py::test_a_rotational_spring_gives_what_its_energy_says"
+
+MUTANTS = (
+    Mutant("kernels/algebra.py", "a[2] * b[0] - a[0] * b[2]", "a[0] * b[2] - a[2] * b[0]", DERIVATIVE),
+    Mutant("kernels/algebra.py", "return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]", "return a[0] * b[0] + a[1] * b[1]", ORACLE),
+    Mutant("kernels/algebra.py", "x[i + 1] * a[0] + x[i + 4] * a[1] + x[i + 7] * a[2]", "x[i + 1] * a[0] + x[i + 4] * a[1] - x[i + 7] * a[2]", DERIVATIVE),
+    Mutant("kernels/rod_equations.py", "dm = minus(cross(x.n, dr), l)", "dm = plus(cross(x.n, dr), l)", DERIVATIVE),
+    Mutant("kernels/rod_equations.py", "put(dy, j + FORCE * step, step, (-f[0], -f[1], -f[2]))", "put(dy, j + FORCE * step, step, f)", DERIVATIVE),
+    Mutant("kernels/rod_equations.py", "v = plus((0.0, 0.0, 1.0), symmetric_times(c, SINV, material_n))", "v = (0.0, 0.0, 1.0)", DERIVATIVE),
+    Mutant("kernels/rod_equations.py", "k = plus(vector(c, K0), symmetric_times(c, BINV, material_m))", "k = symmetric_times(c, BINV, material_m)", DERIVATIVE),
+    Mutant("kernels/band.py", "lower[target + i] -= scale * lower[column + i]", "lower[target + i] += scale * lower[column + i]", LAPACK),
+    Mutant("kernels/band.py", "total -= lower[LOWER * j + k] * b[j + k]", "total += lower[LOWER * j + k] * b[j + k]", LAPACK),
+    Mutant("kernels/band.py", "        if pivot < 0.0:\n            negative += 1\n", "", "kernels/test_band.py::test_indefinite_band_has_as_many_negative_pivots_as_eigenvalues"),
+    Mutant("kernels/band.py", "            gradient[j] = 0.0\n", "", "kernels/test_band.py::test_fixed_unknowns_leave_the_system_of_the_free_ones"),
+    Mutant("kernels/discrete_rod.py", "moved: Vector = mix(1.0, d, -s, mix(1.0, t, 1.0, new))", "moved: Vector = mix(1.0, d, s, mix(1.0, t, 1.0, new))", f"{DISCRETE_ROD}::test_a_step_moves_the_frames_as_the_oracle_does"),
+    Mutant("kernels/discrete_rod.py", "(dot(a, b2) - dot(b, a2)) / chi, (dot(b, a1) - dot(a, b1)) / chi", "(dot(a, b2) + dot(b, a2)) / chi, (dot(b, a1) - dot(a, b1)) / chi", f"{DISCRETE_ROD}::test_strains_are_the_oracles"),
+    Mutant("kernels/discrete_rod.py", "parts[2] += (0.5 * EA[j - 1] * eps + T[j - 1]) * eps * l[j - 1]", "parts[2] += 0.5 * EA[j - 1] * eps * eps * l[j - 1]", ORACLE),
+    Mutant("kernels/discrete_rod.py", "store(work, TWIST + 4, scaled(rb, half_kb))", "store(work, TWIST + 4, scaled(-rb, half_kb))", ORACLE),
+    Mutant("kernels/discrete_rod.py", "entry: float = stiff - s * work[CHI + q] - x * work[SIGMA + q]", "entry: float = stiff - s * work[CHI + q]", ORACLE),
+    Mutant("kernels/inertia.py", "value -= L[i * BLOCK + k] * L[j * BLOCK + k]", "value += L[i * BLOCK + k] * L[j * BLOCK + k]", INERTIA),
+    Mutant("kernels/inertia.py", "value -= L[k * BLOCK + i] * inverse[k * BLOCK + column]", "value += L[k * BLOCK + i] * inverse[k * BLOCK + column]", INERTIA),
+    Mutant("kernels/dormand_prince.py", "A41, A42, A43 = 44 / 45, -56 / 15, 32 / 9", "A41, A42, A43 = 44 / 45, 56 / 15, 32 / 9", ONE_STEP),
+    Mutant("kernels/dormand_prince.py", "525, -1 / 40\n", "525, 0.0\n", "kernels/test_dormand_prince.py::test_error_and_steps_follow_the_tolerance"),
+    Mutant("kernels/dormand_prince.py", "D5, D6, D7 = 701980252875", "D5, D6, D7 = -701980252875", ONE_STEP),
+    Mutant("kernels/profile.py", "c[j] = c[j] * x + profile.coefficients[row + j]", "c[j] = c[j] * x - profile.coefficients[row + j]", "kernels/test_dormand_prince.py::test_varying_coefficients_agree_with_scipy"),
+    Mutant("kernels/profile.py", "breaks[p + 1] <= s", "breaks[p + 1] < s - 0.1", "kernels/test_dormand_prince.py::test_jump_is_two_integrations_joined"),
+    Mutant("kernels/collocation.py", "a = (c[:, None] ** powers / powers) @ np.linalg.inv", "a = (c[:, None] ** powers) @ np.linalg.inv", GAUSS),
+    Mutant("kernels/support.py", "z = a * h - d * e - b * g + c * f", "z = a * h + d * e - b * g + c * f", SPRING),
+    Mutant("kernels/support.py", "plus(moment, scaled(0.5, first))", "plus(moment, scaled(-0.5, first))", SPRING),
+    Mutant("kernels/rod_motion.py", "    add(residual, 4 * j - 4, scaled(-s, e))\n", "    add(residual, 4 * j - 4, scaled(s, e))\n", MOTION),
+    Mutant("kernels/rod_motion.py", "add_tension_hessian(scaled(1.0 / size, e), s, stiff / l - s, j, lower)", "add_tension_hessian(scaled(1.0 / size, e), s, stiff / l, j, lower)", MOTION),
+    Mutant("link.py", "triple = -_dot(a, across)", "triple = _dot(a, across)", "validation/test_geometry.py::test_polygons"),
+    Mutant("link.py", "half_angles = np.triu(one + two, 2)", "half_angles = np.triu(one, 2)", "validation/test_geometry.py::test_polygons"),
+    Mutant("loads.py", "total.a -= C @ np.array(self.point)", "total.a += C @ np.array(self.point)", "test_descriptions.py::test_loads_are_affine_in_position_and_frame"),
+)  # fmt: skip
+
+
+def main(words: list[str]) -> int:
+    """Run the mutants whose file contains one of the words, or all; return 1 where one survives or is out of date."""
+    mutants = [mutant for mutant in MUTANTS if not words or any(word in mutant.file for word in words)]
+    lost = [mutant for mutant in mutants if not mutant.found(ROOT)]
+    for mutant in lost:
+        print(f"no longer in {mutant.path}, or there more than once: {mutant.text!r}")
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        copy = Path(folder)
+        for name in COPIED:
+            source = ROOT / name
+            if source.is_dir():
+                shutil.copytree(source, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+            else:
+                shutil.copy2(source, copy / name)
+        sound = {test: _passes(copy, test) for test in sorted({mutant.test for mutant in mutants})}
+        print(f"{sum(sound.values())} of {len(sound)} tests pass without a mutant.", flush=True)
+        for test in (test for test, passes in sound.items() if not passes):
+            print(f"fails without a mutant: {test}")
+        survivors = [mutant for mutant in mutants if mutant not in lost and not _killed(copy, mutant)]
+    print(f"{len(mutants) - len(lost) - len(survivors)} of {len(mutants)} mutants are seen.")
+    return int(bool(lost or survivors or not all(sound.values())))
+
+
+def _killed(copy: Path, mutant: Mutant) -> bool:
+    """Return whether the named test fails with the mutant, and say so."""
+    path, began = copy / mutant.path, time.perf_counter()
+    original = path.read_text()
+    path.write_text(original.replace(mutant.text, mutant.changed))
+    try:
+        survived = _passes(copy, mutant.test)
+    finally:
+        path.write_text(original)
+    verdict = "SURVIVED" if survived else "seen"
+    print(
+        f"{verdict:9}{time.perf_counter() - began:6.1f} s  {mutant.file}: {mutant.text.strip()!r}  by {mutant.test}",
+        flush=True,
+    )
+    return not survived
+
+
+def _passes(copy: Path, test: str) -> bool:
+    """Return whether the test passes in the copy. Raises where it did not run at all."""
+    variables = {"PYTHONPATH": os.pathsep.join([str(copy / "src"), str(copy)]), "NUMBA_DISABLE_JIT": "1", "MPLBACKEND": "Agg", "PYTHONDONTWRITEBYTECODE": "1"}  # fmt: skip
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", f"tests/{test}"]
+    try:
+        done = subprocess.run(
+            command, cwd=copy, env=os.environ | variables, capture_output=True, text=True, timeout=LONGEST, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return False  # a mutant that never ends is seen
+    if done.returncode not in (0, 1):
+        raise RuntimeError(f"{test} did not run:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return done.returncode == 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
