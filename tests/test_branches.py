@@ -136,7 +136,7 @@ def test_a_load_beyond_all_units_is_named(method: object) -> None:
         dx.solve(dx.Equilibrium(UNIT, loads=[dx.EndForce((1e50, 0, 0))]), method)
 
 
-def test_energy_of_a_chain_with_a_loaded_free_end_is_of_second_order() -> None:
+def test_energy_of_a_chain_with_a_loaded_free_end_is_discrete() -> None:
     problem = dx.Equilibrium(UNIT, loads=[dx.EndMoment((0, 1, 0)), dx.EndForce((0.5, 0, 0))])
     exact = dx.solve(problem).energy.elastic
     errors = [dx.solve(problem, dx.DiscreteRod(n)).energy.elastic - exact for n in (50, 100)]

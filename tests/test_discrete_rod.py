@@ -166,7 +166,7 @@ def test_forces_and_moments_balance() -> None:
 
 
 @pytest.mark.parametrize("name", ["r", "n", "m", "k"])
-def test_fields_along_the_rod_are_of_second_order(name: str) -> None:
+def test_fields_along_the_rod_are_discrete(name: str) -> None:
     """Not the tip alone: position, force, moment and curvature at the quarter points, against Shooting."""
     problem = cases.SPATIAL[0].problem
     s = np.array([0.0, 0.25, 0.5, 0.75, 1.0])

@@ -44,7 +44,7 @@ def test_the_index_of_a_discrete_ring_on_both_sides_of_michells(share: float, in
     assert dx.solve(dx.Ring(ROUND, link=share * CRITICAL), dx.DiscreteRod(200)).index == index
 
 
-def test_a_discrete_ring_under_load_is_of_second_order() -> None:
+def test_a_discrete_ring_under_load_is_discrete() -> None:
     """A flat ring, twisted by half a turn, hangs from a section: places, forces and moments against Collocation."""
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.3, GJ=GJ), natural=(0.3, 1.0, 0.0))
     problem = dx.Ring(rod, link=0.5, start=dx.Clamped(tangent=(1, 0, 0)), loads=[dx.LineForce((0, 3.0, -20.0))])

@@ -79,7 +79,7 @@ def _small(statement, method, judge) -> None:
     if method.refuses(statement.problem) is not None:
         pytest.skip("not a problem of this method")
     if method is DISCRETE:
-        judge.of_second_order(statement.case, statement.name, statement.what, "DiscreteRod",
+        judge.discrete(statement.case, statement.name, statement.what, "DiscreteRod",
                               lambda N: statement.read(dx.solve(statement.problem, dx.DiscreteRod(N))), statement.exact, 32, ALLOWED)  # fmt: skip
     else:
         judge.continuous(statement, type(method).__name__, lambda: statement.read(dx.solve(statement.problem, method)),

@@ -58,7 +58,7 @@ def test_parallel_frame_of_a_polygon(N, b, judge) -> None:
 def test_parallel_frame_of_a_helix(b, judge) -> None:
     """G01, a smooth helix: 2 pi (1 - cos b), the solid angle of the tangents, to which polygons tend with 1 / N^2."""
     exact = ROUND[b]
-    judge.of_second_order("G01", f"helix, {b} degrees", "holonomy (rad)", "smallest_rotation",
+    judge.discrete("G01", f"helix, {b} degrees", "holonomy (rad)", "smallest_rotation",
                           lambda N: exact.value + same_angle(holonomy(_circle(N, b)), exact.value), exact, 64)  # fmt: skip
 
 

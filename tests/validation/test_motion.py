@@ -153,7 +153,7 @@ def test_creeping_filament(which, judge) -> None:
         sizes = x.positions[:, :, 0] @ mode
         return np.log(sizes[1] / sizes[2]) * rate
 
-    judge.of_second_order("Y05", f"{ends}, {n + 1}", "rate zeta L^4 / EI", "TRBDF2", answer, exact, 24, 1e-3)
+    judge.discrete("Y05", f"{ends}, {n + 1}", "rate zeta L^4 / EI", "TRBDF2", answer, exact, 24, 1e-3)
 
 
 TWISTS = {
@@ -184,7 +184,7 @@ def test_creeping_twist(ends, judge) -> None:
         return np.log(sizes[1] / sizes[2]) * rate
 
     # what inertia changes: rate J over zeta
-    judge.of_second_order(
+    judge.discrete(
         "Y05",
         f"twist, {ends}",
         "rate zeta_r L^2 / GJ",

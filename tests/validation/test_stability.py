@@ -104,7 +104,7 @@ def test_columns_by_continuous_methods(name, judge) -> None:
 def test_columns_by_discrete_rods(name, judge) -> None:
     """T13, T14: the same by the vanishing stiffness of a discrete rod's lowest mode."""
     case, problem_at, exact = COLUMNS[name]
-    judge.of_second_order(case, name, "critical load L^2 / EI", "DiscreteRod.modes",
+    judge.discrete(case, name, "critical load L^2 / EI", "DiscreteRod.modes",
                           lambda N: vanishing(problem_at, float(exact.value[0]), N), exact, 32, EXTRAPOLATED)  # fmt: skip
 
 
@@ -228,14 +228,14 @@ def test_lateral_buckling_of_a_strip(EI, method, judge) -> None:
 @pytest.mark.parametrize("EI", [pytest.param(EI, marks=[pytest.mark.long] if EI > 10 else []) for EI in FLAT])
 def test_lateral_buckling_by_discrete_rods(EI, judge) -> None:
     """T17a: the same by the vanishing stiffness of a discrete rod's lowest mode."""
-    judge.of_second_order("T17a", f"EI_stiff = {EI}", "P L^2 / sqrt(EI GJ)", "DiscreteRod.modes",
+    judge.discrete("T17a", f"EI_stiff = {EI}", "P L^2 / sqrt(EI GJ)", "DiscreteRod.modes",
                           lambda N: vanishing(lambda P: _strip(P, EI), float(FLAT[EI].value[0]), N), FLAT[EI], 32, EXTRAPOLATED)  # fmt: skip
 
 
 def test_lateral_buckling_of_a_strip_without_bending_before(judge) -> None:
     """T17a: 2 j_{-1/4,1} for EI_stiff -> infinity; at 1e6 what is left is of the order of 1e-6."""
     exact = Digits(NARROW.value, 1.2e-6 * float(NARROW.value[0]))
-    judge.of_second_order("T17a", "EI_stiff = 1e6", "P L^2 / sqrt(EI GJ)", "DiscreteRod.modes",
+    judge.discrete("T17a", "EI_stiff = 1e6", "P L^2 / sqrt(EI GJ)", "DiscreteRod.modes",
                           lambda N: vanishing(lambda P: _strip(P, 1e6), float(exact.value[0]), N), exact, 32, EXTRAPOLATED)  # fmt: skip
 
 

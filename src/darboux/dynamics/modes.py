@@ -19,6 +19,7 @@ from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import State
 from darboux.motion import Motion
 from darboux.problem import Equilibrium, Ring
+from darboux.solution import EquilibriumSolution
 from darboux.statics.discrete import DiscreteRod
 from darboux.statics.solve import solve
 
@@ -99,7 +100,7 @@ def _modes(motion: Motion, load_factor: float, count: int, segments: int) -> Mod
             f"natural_modes.count is {count}; {segments} segments, half of those asked for, have "
             f"{np.count_nonzero(free) - 2} at most."
         )
-    lower = stiffness(system, state, load_factor)
+    lower = stiffness(system, state, load_factor, _carried(system))
     n = 4 * segments + 3
     mass = mass_band(system, state)
     shifted = lower + SHIFT * mass
@@ -130,6 +131,15 @@ def _modes(motion: Motion, load_factor: float, count: int, segments: int) -> Mod
     return Modes(omega / (2.0 * np.pi * system.units.time), moves[:, :, :3], moves[:, :-1, 3])
 
 
+def _carried(system: System) -> Array | float:
+    """Return the tension (N,) of an inextensible rod in the equilibrium that it vibrates about, which its lengths do not tell."""
+    about = system.motion.initial
+    if not (system.inextensible and isinstance(about, EquilibriumSolution)):
+        return 0.0
+    s = 0.5 * (system.nodes[1:] + system.nodes[:-1]) * system.units.length
+    return np.asarray(np.einsum("ni,ni->n", about.n(s), about.R(s)[:, :, 2]) / system.scale.force)
+
+
 def mass_band(system: System, state: State) -> Array:
     """Return the band of M at a state; the held unknowns are still in it."""
     rest, space = np.zeros_like(system.body.mass), system.space
@@ -145,13 +155,13 @@ def sparse(lower: Array, n: int) -> Any:
     return diags([*below, *below[1:]], [*(-k for k in range(LOWER)), *range(1, LOWER)], format="csr")
 
 
-def stiffness(system: System, state: State, factor: float) -> Array:
-    """Return the band of K at a state, with the loads at a factor; the held unknowns are still in it."""
+def stiffness(system: System, state: State, factor: float, carried: Array | float = 0.0) -> Array:
+    """Return the band of K at a state, with the loads at a factor and ``carried`` tension; the held unknowns are still in it."""
     row = system.drive([0.0], 0.0)[0]
     row[rod_motion.FACTORS :] = factor
     rest, rod = np.zeros_like(system.body.mass), system.body.rod
     size = np.linalg.norm(np.diff(state.x.reshape(-1, 3), axis=0), axis=1)
-    system.space.expected[:] = rod.EA * (size / rod.l - 1.0)
+    system.space.expected[:] = rod.EA * (size / rod.l - 1.0) + carried
     rod_motion.forces(state, state, rest, 0.0, system.body, row, False, True, system.space)
     return system.space.lower.copy()
 

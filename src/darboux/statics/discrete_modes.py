@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 LIGHTEST = (
     1e-9  # of the rod's mass, per length: what has none, as what is held, is a mode of no interest, but must be one
 )
-FREE = 1e-3  # of EI / L^3: a stiffness below this is that of a free motion, and rounding
+FREE = 1e-3  # of EI / L^3, by the softer axis: a stiffness below this is that of a free motion, and rounding
 STIFFER = 100.0  # times the penalty of an inextensible rod, whose modes would else stretch a little
 
 
@@ -43,7 +43,7 @@ def modes(chain: Chain, shape: Shape, load_factor: float, k: int) -> Modes:
     start = np.random.default_rng(1).normal(size=K.shape[0])
     values, vectors = eigsh(K, k, M, sigma=below, OPinv=operator, v0=start)
     order = np.argsort(values)
-    values = np.where(np.abs(values) < FREE, 0.0, values)
+    values = np.where(np.abs(values) < FREE * _softest(chain), 0.0, values)
     return _modes(chain, values[order], [packed(own) for own in vectors.T[order]], mass)
 
 
@@ -55,6 +55,12 @@ def extrapolated(coarse: Modes, fine: Modes, gain: float) -> Modes:
         squares = fine.frequencies**2 + gain * (fine.frequencies**2 - coarse.frequencies**2)
         frequencies = np.sqrt(np.where(squares < 0.0, np.nan, squares))
     return replace(fine, stiffness=stiffness, frequencies=frequencies)
+
+
+def _softest(chain: Chain) -> float:
+    """Return the least bending stiffness, dimensionless."""
+    c = chain.problem.rod.stiffness(chain.nodes[1:-1] % 1.0 * chain.scale.length)
+    return float(min(np.min(c.EI1), np.min(c.EI2))) / (chain.scale.moment * chain.scale.length)
 
 
 def _inertia(chain: Chain) -> tuple[Array, float | None]:
