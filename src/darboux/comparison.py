@@ -69,7 +69,7 @@ class Comparison:
         return distance(self.entries[i].solution, self.entries[j].solution)
 
     def view(self, **options: Any) -> Any:
-        """Show all answers in one space, the reference first; the options are ``view.space.show.view``'s."""
+        """Show all answers in one space, the reference first; the options are ``EquilibriumSolution.view``'s."""
         from darboux.view.space import show
 
         return show.view(self, **options)

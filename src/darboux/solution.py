@@ -152,13 +152,21 @@ class EquilibriumSolution:
         store.save(self, path)
 
     def view(self, **options: Any) -> Any:
-        """Show the rod in space: a window, or ``view(out="rod.png")``; the options are ``view.space.show.view``'s."""
+        """Show the rod in space, its section as it is: a window, or a PNG file that needs no display.
+
+        Options: ``field`` what colours it (curvature, twist, moment, force, tension, stress, energy or none); ``out`` the file;
+        ``ghost`` the unloaded shape too; ``directors`` as arrows; ``beside`` other solutions by name; ``thicker`` how many times
+        as thick it is drawn; ``camera`` azimuth and elevation in degrees; ``size`` in pixels. Raises ``InvalidInput``.
+        """
         from darboux.view.space import show
 
         return show.view(self, **options)
 
     def export(self, path: Any, **options: Any) -> None:
-        """Write .vtp, .vtk, .glb, .gltf, .stl or .csv for other programs; the options are ``view.space.export.export``'s."""
+        """Write the rod for other programs: .vtp, .vtk, .glb, .gltf, .stl or .csv, by the name's ending.
+
+        Options: ``field`` what colours it in glTF; ``samples`` lines of a table. Raises ``InvalidInput``.
+        """
         from darboux.view.space import export
 
         export.export(self, path, **options)

@@ -128,7 +128,7 @@ class Trajectory:
         store.save(self, path)
 
     def view(self, **options: Any) -> Any:
-        """Show the motion in space, with a slider of time, or at a time ``t``; the options are ``view.space.show.view``'s."""
+        """Show the motion in space, with a slider of time, or at a time ``t``; the options are ``EquilibriumSolution.view``'s."""
         from darboux.view.space import show
 
         return show.view(self, **options)

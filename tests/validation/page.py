@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from darboux.view import style
+from darboux.view import palette, style
 from tests.validation.judging import Row
 from tests.validation.left_out import LEFT_OUT
 from tests.validation.record import CASES
@@ -20,7 +20,7 @@ from tests.validation.record import CASES
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, FIGURES = ROOT / "docs" / "validation.md", ROOT / "docs" / "figures"
 MARKS = {"Collocation": "o", "Shooting": "s", "Elastica": "^", "DiscreteRod": "D", "natural_modes": "v"}
-COLOURS = {"Collocation": style.BLUE, "Shooting": style.VERMILION, "Elastica": style.GREEN, "DiscreteRod": style.ORANGE}
+COLOURS = {"Collocation": palette.BLUE, "Shooting": palette.VERMILION, "Elastica": palette.GREEN, "DiscreteRod": palette.ORANGE}
 SMALLEST = 1e-17  # an error of zero is drawn here
 
 
@@ -143,12 +143,12 @@ def _draw(family: str, found: list[tuple[Row, str]]) -> None:
                 len(methods), 2
             )
             shift = 0.25 / max(len(methods), 2) * np.linspace(-1.0, 1.0, len(rows)) if len(rows) > 1 else 0.0
-            ax.plot(x + shift, [row.tolerance for row in rows], "_", color=style.GREY, markersize=6, zorder=1)
+            ax.plot(x + shift, [row.tolerance for row in rows], "_", color=palette.GREY, markersize=6, zorder=1)
             ax.plot(
                 x + shift, [max(row.error, SMALLEST) for row in rows], MARKS.get(method, "o"), label=method, markersize=4.5,
-                color=COLOURS.get(method, style.BLACK), markerfacecolor="none" if method not in COLOURS else None, linestyle="none",
+                color=COLOURS.get(method, palette.BLACK), markerfacecolor="none" if method not in COLOURS else None, linestyle="none",
             )  # fmt: skip
-        ax.plot([], [], "_", color=style.GREY, markersize=8, label="tolerance")
+        ax.plot([], [], "_", color=palette.GREY, markersize=8, label="tolerance")
         ax.set_yscale("log")
         ax.set_xticks(range(len(names)), names)
         ax.set_xlim(-0.6, len(names) - 0.4)
