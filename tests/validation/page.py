@@ -20,7 +20,12 @@ from tests.validation.record import CASES
 ROOT = Path(__file__).resolve().parents[2]
 PAGE, FIGURES = ROOT / "docs" / "validation.md", ROOT / "docs" / "figures"
 MARKS = {"Collocation": "o", "Shooting": "s", "Elastica": "^", "DiscreteRod": "D", "natural_modes": "v"}
-COLOURS = {"Collocation": palette.BLUE, "Shooting": palette.VERMILION, "Elastica": palette.GREEN, "DiscreteRod": palette.ORANGE}
+COLOURS = {
+    "Collocation": palette.BLUE,
+    "Shooting": palette.VERMILION,
+    "Elastica": palette.GREEN,
+    "DiscreteRod": palette.ORANGE,
+}
 SMALLEST = 1e-17  # an error of zero is drawn here
 
 
