@@ -220,7 +220,7 @@ def test_motions_that_end_early_or_can_t_be(run: Any, monkeypatch: pytest.Monkey
     result = run("simulate", "coarse.toml", "--json", "--out", "a.nc")
     sentence(result, 1, "NotConverged", "drifts", "smaller steps")
     assert json.loads(result.stdout)["status"] == "drift"
-    sentence(run("export", "a.nc"), 2, "a.nc is a motion")
+    assert run("export", "a.nc").exit_code == 0  # what was reached
     from darboux.dynamics.tr_bdf2 import _Adaptive
 
     advance = _Adaptive.advance

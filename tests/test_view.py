@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+import sys
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -156,13 +157,19 @@ def test_the_stripe_leads_along_d1() -> None:
     assert np.all(np.sum(middles[:, :2] * d1, axis=1) > 3.4e-3)
 
 
-def test_fields_are_refused_where_they_are_not_known(bent: dx.EquilibriumSolution, fall: dx.Trajectory) -> None:
+def test_what_can_t_be_drawn_is_said(
+    bent: dx.EquilibriumSolution, fall: dx.Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with pytest.raises(dx.InvalidInput, match="it has curvature, twist, moment"):
         bent.view(field="speed", out="x.png")
     with pytest.raises(dx.InvalidInput, match="Did you mean 'stress'"):
         bent.view(field="stres", out="x.png")
     with pytest.raises(dx.InvalidInput, match=r"a \.png file"):
         bent.view(out="x.bmp")
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, "darboux.view.space.overlay", None)  # as where VTK is missing
+        with pytest.raises(dx.InvalidInput, match=r"pip install .darboux\[view\]"):
+            bent.view(out="x.png")
     with pytest.raises(dx.InvalidInput, match="an equilibrium has none"):
         bent.view(t=1.0, out="x.png")
     with pytest.raises(dx.InvalidInput, match=r"\.vtp"):

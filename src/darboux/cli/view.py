@@ -47,9 +47,11 @@ def view(
     from darboux.errors import NotConverged
 
     pixels = size_of(size)
-    result = found(file, anywhere)
     from darboux.view.space import show
 
+    if out is not None:
+        show.checked_file(out)  # before the solve
+    result = found(file, anywhere)
     show.view(result, field=field, out=out, t=time, ghost=ghost, directors=directors, thicker=thicker, size=pixels)
     if out is not None and not quiet:
         typer.echo(f"Drawn in {out}")

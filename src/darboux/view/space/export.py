@@ -18,7 +18,7 @@ from darboux.trajectory import Trajectory
 from darboux.view.space import fields, gltf, shape
 from darboux.view.space.body import Body, drawn
 from darboux.view.space.shape import Shape
-from darboux.view.space.show import NEEDED, ROD
+from darboux.view.space.show import ROD, pyvista
 
 Array = NDArray[np.float64]
 
@@ -100,18 +100,10 @@ def _thickness(body: Body) -> str:
     return "" if body.drawn.own else "; the section has no shape, so its thickness is only drawn"
 
 
-def _pyvista() -> Any:
-    try:
-        import pyvista
-    except ImportError:
-        raise InvalidInput(NEEDED) from None
-    return pyvista
-
-
 def _mesh(body: Body, vectors: bool = True) -> Any:
     """Return the closed surface with its fields as PyVista's mesh; without the ``vectors`` it takes less room."""
     rod = body.shape
-    mesh = _pyvista().PolyData.from_regular_faces(body.points, body.solid(None, (0.0, 1.0), ROD).triangles)
+    mesh = pyvista().PolyData.from_regular_faces(body.points, body.solid(None, (0.0, 1.0), ROD).triangles)
     given: dict[str, Array] = {"s (m)": rod.s}
     if vectors:
         given |= {f"d{i + 1}": rod.R[:, :, i] for i in range(3)}
@@ -133,7 +125,7 @@ def _painted(body: Body, field: str | None) -> tuple[Array, Array, Array, NDArra
     """Return points, normals and colours (n, 3) and triangles (m, 3), with points of their own for stripes and sharp edges."""
     span = fields.span([body.values(field)]) if field else (0.0, 1.0)
     solid = body.solid(field, span, ROD)
-    mesh = _pyvista().PolyData.from_regular_faces(body.points, solid.triangles)
+    mesh = pyvista().PolyData.from_regular_faces(body.points, solid.triangles)
     halves = np.concatenate([body.stripe, body.stripe])[solid.kept]
     mesh.cell_data["stripe"] = np.where(halves == 3, 0, halves) if field else halves
     mesh.cell_data["colour"] = np.concatenate([solid.colours, solid.colours])[solid.kept]

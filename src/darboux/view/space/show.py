@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks
+from darboux import checks, files
 from darboux.comparison import Comparison
 from darboux.errors import InvalidInput
 from darboux.loads import Gravity
@@ -96,17 +96,13 @@ def view(
     width, height = _size(size)
     look = Look(field, ghost, directors, thicker, camera)
     if out is not None:
-        path = Path(out)
-        if path.suffix.lower() != ".png":
-            raise InvalidInput(f"view.out is {str(path)!r}; a picture in space is a .png file.")
-        staged(result, look, t, beside).write(path, (width, height))
+        staged(result, look, t, beside).write(checked_file(out), (width, height))
         return None
     if show and not _has_display():
         raise InvalidInput(
             "there is no display for a window; give a file, as in view(out='rod.png') or darboux view FILE --out rod.png."
         )
-    pyvista = _pyvista()
-    plotter = pyvista.Plotter(window_size=[width, height], lighting="none")
+    plotter = pyvista().Plotter(window_size=[width, height], lighting="none")
     first = staged(result, look, t, beside)
     first.fill(plotter.renderer, (width, height))
     plotter.camera_set = True
@@ -118,10 +114,22 @@ def view(
     return plotter
 
 
+def checked_file(out: Any) -> Path:
+    """Return the path of a picture, or raise ``InvalidInput`` where it is none that can be written."""
+    path = Path(out)
+    if path.suffix.lower() != ".png":
+        raise InvalidInput(f"view.out is {str(path)!r}; a picture in space is a .png file.")
+    files.check(path)
+    return path
+
+
 def staged(result: Any, look: Look, t: float | None = None, beside: Any = None, reach: Array | None = None) -> Any:
     """Return the ``Stage`` of a result at a time: rods, marks and words; ``reach`` (n, 3) points that it must show as well."""
-    from darboux.view.space.overlay import Bar, Overlay
-    from darboux.view.space.stage import Stage
+    try:
+        from darboux.view.space.overlay import Bar, Overlay
+        from darboux.view.space.stage import Stage
+    except ImportError:
+        raise InvalidInput(NEEDED) from None
 
     subjects = _subjects(result, t, beside)
     if isinstance(result, Trajectory) and reach is None:
@@ -323,10 +331,11 @@ def _has_display() -> bool:
     """Return whether a window, or a notebook that shows one, can be had."""
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         return True
-    return "ipykernel" in sys.modules or bool(_pyvista().OFF_SCREEN)
+    return "ipykernel" in sys.modules or bool(pyvista().OFF_SCREEN)
 
 
-def _pyvista() -> Any:
+def pyvista() -> Any:
+    """Return PyVista, or say how to install it."""
     try:
         import pyvista
     except ImportError:
