@@ -275,9 +275,11 @@ def test_the_other_theories_agree_or_say_why_not() -> None:
     assert elastica.distance < 1e-6
     assert 1e-6 < discrete.distance < 0.03
     ring = Session("ring", stated("ring"))
-    for theory in ring.compare(rest(ring).solution):
+    shooting, elastica, discrete = ring.compare(rest(ring).solution)
+    for theory in (shooting, elastica):
         assert theory.shape is None
         assert "use Collocation()" in theory.words
+    assert 1e-6 < discrete.distance < 0.01
 
 
 # -- shapes ------------------------------------------------------------------------------------------------------------
