@@ -80,16 +80,19 @@ def test_problems_are_shown_as_they_were_given() -> None:
 
 def test_the_rod_before_anything_acts_on_it() -> None:
     x = np.linspace(0.0, 0.25, 11)
-    np.testing.assert_allclose(unloaded(HANGING, 11), np.stack([x, 0 * x, 0 * x], axis=1), atol=1e-12)
+    np.testing.assert_allclose(unloaded(HANGING, x)[0], np.stack([x, 0 * x, 0 * x], axis=1), atol=1e-12)
     pinned = dx.Equilibrium(UNIT, dx.Pinned((0, 0, 1)), dx.Pinned((0, 0.5, 1)))
-    np.testing.assert_allclose(unloaded(pinned, 5)[-1], (0, 1, 1), atol=1e-12)  # along the line of its supports
-    ring = unloaded(dx.Ring(UNIT), 101)
+    np.testing.assert_allclose(
+        unloaded(pinned, np.linspace(0.0, 1.0, 5))[0][-1], (0, 1, 1), atol=1e-12
+    )  # along the line of its supports
+    ring = unloaded(dx.Ring(UNIT), np.linspace(0.0, 1.0, 101))[0]
     np.testing.assert_allclose(ring[0], ring[-1], atol=1e-6)
     np.testing.assert_allclose(np.ptp(ring, axis=0).max(), 1.0 / np.pi, rtol=1e-3)
     helix = dx.Helix(radius=0.02, pitch=0.02)
     spring = dx.Rod(0.5, dx.Circle(1e-3), "steel", natural=helix)
     solution = dx.solve(dx.Equilibrium(spring, start=dx.Clamped(frame=helix.frame())))
-    np.testing.assert_allclose(unloaded(solution.problem, 21), solution.r(np.linspace(0.0, 0.5, 21)), atol=1e-5)
+    s = np.linspace(0.0, 0.5, 21)
+    np.testing.assert_allclose(unloaded(solution.problem, s)[0], solution.r(s), atol=1e-5)
 
 
 def test_what_is_strange_is_escaped_and_cut(shown: dict[str, Any]) -> None:

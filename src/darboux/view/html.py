@@ -151,7 +151,7 @@ def _trajectory(trajectory: Trajectory) -> Shown:
 
 def _problem(problem: Equilibrium) -> Shown:
     def picture() -> str:
-        r = unloaded(problem, PLACES)
+        r = unloaded(problem, np.linspace(0.0, problem.rod.length, PLACES))[0]
         held = [support.position for _, support in problem.supports if any(support.held_displacement)]
         return _svg([r], [np.array(held).reshape(-1, 3)], Look.at(np.concatenate([r, np.array(held).reshape(-1, 3)])))
 

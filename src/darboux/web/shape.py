@@ -14,6 +14,7 @@ from darboux.problem import Equilibrium, Ring
 from darboux.rod import Rod
 from darboux.section import Rectangle
 from darboux.solution import EquilibriumSolution
+from darboux.view import unloaded as where
 
 Array = NDArray[np.float64]
 
@@ -71,19 +72,11 @@ def sampled(solution: EquilibriumSolution) -> tuple[Shape, Fields]:
 
 
 def unloaded(problem: Equilibrium) -> Shape | None:
-    """Return the unloaded rod, laid at its support, R' = R [k0]_x, r' = d3; None for a ring, which was never open."""
+    """Return the unloaded rod, laid at its support; None for a ring, which was never open."""
     if isinstance(problem, Ring):
         return None
-    steps = 8 * (SAMPLES // 2)
-    s = np.linspace(0.0, problem.rod.length, steps + 1)
-    h = problem.rod.length / steps
-    q = frames.accumulated(frames.quaternion_of_turn(problem.rod.k0(0.5 * (s[1:] + s[:-1])) * h))
-    R = frames.matrix_of_quaternion(q)
-    r = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * h * (R[1:, :, 2] + R[:-1, :, 2]), axis=0)])
-    at, support = (0, problem.start) if problem.start.holds else (-1, problem.end)
-    turned = support.R @ R[at].T
-    r = np.array(support.position) + (r - r[at]) @ turned.T
-    return Shape(r[::8], turned @ R[::8])
+    r, R, _ = where.unloaded(problem, np.linspace(0.0, problem.rod.length, SAMPLES))
+    return Shape(r, R)
 
 
 @dataclass(frozen=True)

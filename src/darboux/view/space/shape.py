@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
-from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium
 from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution
 from darboux.trajectory import Trajectory
+from darboux.view import unloaded as where
 
 Array = NDArray[np.float64]
 
@@ -83,36 +83,12 @@ def at(trajectory: Trajectory, t: float) -> Shape:
 
 def unloaded(problem: Equilibrium) -> Shape:
     """Return the rod without its loads, laid at the support that places it; for a ring the round one."""
-    from darboux.statics import first_shape, laying
-    from darboux.statics.coefficients import Scale
-
     rod = problem.rod
     rough = np.linspace(0.0, rod.length, 4 * LEAST + 1)
     s = _places(rod, float(np.mean(np.linalg.norm(rod.k0(rough), axis=1))))
-    round_one = first_shape.of_problem(problem)
-    if round_one is not None:
-        scale = Scale.of(problem)
-        r, q = round_one.states(s / rod.length)
-        r, R, k = (
-            scale.origin + scale.length * r,
-            frames.matrix_of_quaternion(q),
-            round_one.k(s / rod.length) / rod.length,
-        )
-    else:
-        support, x, lie = laying.laid(problem)
-        places = np.append(s / rod.length, x)
-        r, q = first_shape.shape_of(lambda x: rod.k0(x * rod.length) * rod.length, places)
-        R = frames.matrix_of_quaternion(q)
-        turn = lie @ R[-1].T if lie.ndim == 2 else smallest_rotation(_direction(r[-2] - r[0]), lie)
-        r = np.array(support.position) + rod.length * (r[:-1] - r[-1]) @ turn.T
-        R, k = turn @ R[:-1], rod.k0(s)
+    r, R, k = where.unloaded(problem, s)
     nothing = np.zeros((len(s), 6))
     return Shape(rod, s, r, R, k, nothing, nothing)
-
-
-def _direction(vector: Array) -> Array:
-    length = float(np.linalg.norm(vector))
-    return vector / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
 
 
 def _places(rod: Rod, turning: float, least: int = LEAST) -> Array:
