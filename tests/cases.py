@@ -36,6 +36,20 @@ RUBBER = dx.Rod(length=0.25, section=dx.Circle(radius=1e-3), material=dx.Materia
 ALONG_X = dx.Clamped(tangent=(1, 0, 0))
 UNIT = dx.Rod(length=1.0, section=dx.Stiffness(EI1=1.0, GJ=0.75))
 
+# What may hold the far end of a rod of unit length, besides clamps and pins.
+ENDS = {
+    "hinge": dx.Hinge(axis=(1, 2, 0), position=(0, 0.1, 0.9)),
+    "universal": dx.Universal(axis=(1, 0, 0), section_axis=(0, 1, 0), position=(0, 0.1, 0.9)),
+    "roller": dx.Roller(along=(1, 0, 2), position=(0, 0.1, 0.9)),
+    "groove": dx.Roller(along=(1, 0, 2), position=(0, 0.1, 0.9), sliding="section"),
+    "slider": dx.Slider(along=(1, 0, 2), position=(0, 0.1, 0.9)),
+    "guided": dx.Guided(tangent=(0.2, 0, 1)),
+    "spring": dx.Spring(
+        linear=[[3, 1, 0], [1, 4, 0], [0, 0, 5]], rotational=[[2, 0, 1], [0, 3, 0], [1, 0, 4]], position=(0, 0, 1)
+    ),
+    "free": dx.Free(),
+}
+
 
 def tip_force(P: float) -> dx.Equilibrium:
     """Clamped along +x, dead force P along +y: theta'' = -(P L^2 / EI) cos(theta)."""

@@ -114,16 +114,7 @@ def test_the_tangent_is_the_derivative_by_the_load() -> None:
 SUPPORTS: dict[str, dx.Clamped | Any] = {
     "clamped": dx.Clamped(position=(0.1, 0.2, 0.9), tangent=(0.1, 0.2, 1), twist=0.5),
     "pinned": dx.Pinned(position=(0.1, 0.2, 0.9)),
-    "hinge": dx.Hinge(axis=(1, 2, 0), position=(0, 0.1, 0.9)),
-    "universal": dx.Universal(axis=(1, 0, 0), section_axis=(0, 1, 0), position=(0, 0.1, 0.9)),
-    "roller": dx.Roller(along=(1, 0, 2), position=(0, 0.1, 0.9)),
-    "groove": dx.Roller(along=(1, 0, 2), position=(0, 0.1, 0.9), sliding="section"),
-    "slider": dx.Slider(along=(1, 0, 2), position=(0, 0.1, 0.9)),
-    "guided": dx.Guided(tangent=(0.2, 0, 1)),
-    "spring": dx.Spring(
-        linear=[[3, 1, 0], [1, 4, 0], [0, 0, 5]], rotational=[[2, 0, 1], [0, 3, 0], [1, 0, 4]], position=(0, 0, 1)
-    ),
-    "free": dx.Free(),
+    **cases.ENDS,
 }
 
 

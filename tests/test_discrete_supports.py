@@ -12,6 +12,7 @@ import darboux as dx
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
 from darboux.statics.discrete_ends import rotation
+from tests import cases
 
 UP = (0, 0, 1)
 SECTION = dx.Stiffness(EI1=1.0, EI2=1.4, GJ=0.75, EA=30.0, mass=1.0)
@@ -23,16 +24,7 @@ SUPPORTS = {
     "clamped": dx.Clamped(position=(0.1, 0.2, 0.8), tangent=(0.1, 0.2, 1)),
     "clamped, twisted": dx.Clamped(position=(0.1, 0.2, 0.9), tangent=(0.1, 0.2, 1), twist=1.5 * dx.turn),
     "pinned": dx.Pinned(position=(0.1, 0.1, 0.9)),
-    "hinge": dx.Hinge(axis=(1, 2, 0), position=(0, 0.1, 0.9)),
-    "universal": dx.Universal(axis=(1, 0, 0), section_axis=(0, 1, 0), position=(0, 0.1, 0.9)),
-    "roller": dx.Roller(along=(1, 0, 2), position=(0, 0.1, 0.9)),
-    "groove": dx.Roller(along=(1, 0, 2), position=(0, 0.1, 0.9), sliding="section"),
-    "slider": dx.Slider(along=(1, 0, 2), position=(0, 0.1, 0.9)),
-    "guided": dx.Guided(tangent=(0.2, 0, 1)),
-    "spring": dx.Spring(
-        linear=[[3, 1, 0], [1, 4, 0], [0, 0, 5]], rotational=[[2, 0, 1], [0, 3, 0], [1, 0, 4]], position=(0, 0, 1)
-    ),
-    "free": dx.Free(),
+    **cases.ENDS,
 }
 
 

@@ -25,6 +25,9 @@ UsageError: Any = typer.BadParameter.__base__
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but mistakes.")]
 Anywhere = Annotated[bool, typer.Option("--anywhere", help="Let the scenario's tables lie outside its folder.")]
+KeptIn = Annotated[
+    Path | None, typer.Option("--out", metavar="RESULT", help="Keep the result, as in --out result.nc (NetCDF).")
+]
 ScenarioFile = Annotated[Path, typer.Argument(metavar="FILE", help="A scenario, such as hanging.toml.")]
 ResultFile = Annotated[Path, typer.Argument(metavar="RESULT", help="A result, such as hanging.nc.")]
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import INTERRUPTED, Anywhere, Json, Quiet, ScenarioFile, show
+from darboux.cli.shell import INTERRUPTED, Anywhere, Json, KeptIn, Quiet, ScenarioFile, show
 from darboux.errors import InvalidInput, NotConverged
 
 
@@ -18,9 +18,7 @@ def simulate(
         str | None,
         typer.Option("--method", metavar="M", help="implicit_midpoint, tr_bdf2 or stormer_verlet; else the file's."),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="RESULT", help="Keep the result, as in --out result.nc (NetCDF).")
-    ] = None,
+    out: KeptIn = None,
     before: Annotated[
         Path | None,
         typer.Option(

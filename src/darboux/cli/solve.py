@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from darboux.cli.shell import INTERRUPTED, Anywhere, Json, Quiet, ScenarioFile, console, show
+from darboux.cli.shell import INTERRUPTED, Anywhere, Json, KeptIn, Quiet, ScenarioFile, console, show
 from darboux.errors import NotConverged
 
 
@@ -18,9 +17,7 @@ def solve(
         str | None,
         typer.Option("--method", metavar="M", help="collocation, shooting, elastica or discrete; else the file's."),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="RESULT", help="Keep the result, as in --out result.nc (NetCDF).")
-    ] = None,
+    out: KeptIn = None,
     json: Json = False,
     quiet: Quiet = False,
     anywhere: Anywhere = False,

@@ -116,27 +116,19 @@ def stiffness(unit: str) -> Any:
 @cache
 def along(unit: str) -> Any:
     """A number, or a table of numbers along the rod."""
-    return _labelled(
-        number=number(unit),
-        table=table(unit, 1),
-        choose=lambda value: "table" if isinstance(value, dict | Table) else "number",
-    )
+    return _or_table("number", number(unit), table(unit, 1))
 
 
 @cache
 def vector_along(unit: str) -> Any:
     """Three numbers, or a table of them along the rod."""
-    return _vector_or(unit, table(unit, 3))
+    return _or_table("vector", vector(unit), table(unit, 3))
 
 
 @cache
 def in_time(unit: str) -> Any:
     """A number, or a table of numbers over the times of a motion."""
-    return _labelled(
-        number=number(unit),
-        table=times(unit, 1),
-        choose=lambda value: "table" if isinstance(value, dict | Table) else "number",
-    )
+    return _or_table("number", number(unit), times(unit, 1))
 
 
 @cache
@@ -153,25 +145,20 @@ def factors() -> Any:
 @cache
 def vector_in_time(unit: str) -> Any:
     """Three numbers, or a table of them over the times of a motion."""
-    return _vector_or(unit, times(unit, 3))
+    return _or_table("vector", vector(unit), times(unit, 3))
 
 
-def _vector_or(unit: str, table: Any) -> Any:
+def _or_table(name: str, kind: Any, table: Any) -> Any:
+    """Return a kind by its name, or a table of it."""
     return _labelled(
-        vector=vector(unit),
-        table=table,
-        choose=lambda value: "table" if isinstance(value, dict | Table) else "vector",
+        **{name: kind}, table=table, choose=lambda value: "table" if isinstance(value, dict | Table) else name
     )
 
 
 def square_along() -> Any:
     """A square matrix of plain numbers, or a table of them along the rod; the description says which sizes it takes."""
     rows = Checked[List[Checked[List[number()], Field(max_length=6)]], Field(max_length=6)]
-    return _labelled(
-        matrix=rows,
-        table=_table("Matrices", rows),
-        choose=lambda value: "table" if isinstance(value, dict | Table) else "matrix",
-    )
+    return _or_table("matrix", rows, _table("Matrices", rows))
 
 
 def word(*choices: str) -> Any:
