@@ -79,17 +79,17 @@ def oracle_move(state: der.State, q: Array) -> tuple[Array, Array]:
 
 
 def oracle_strains(R: Array, m: Array) -> Array:
-    """Curvature: kb = 2 a x b / (1 + a.b) on the mean directors. Twist: against the frame carried over."""
+    """Curvature: kb = 2 a x b / (1 + a.b) on the directors half way. Twist: against the frame carried over."""
     Ra, Rb = R[..., :-1, :, :], R[..., 1:, :, :]
     a, b = Ra[..., 2], Rb[..., 2]
     chi = 1 + np.sum(a * b, axis=-1, keepdims=True)
     kb = 2 * np.cross(a, b) / chi
-    bending = np.einsum("...i,...ik->...k", kb, (Ra + Rb)[..., :2] / 2)
     carried = Ra[..., 0] - np.sum(Ra[..., 0] * b, axis=-1, keepdims=True) / chi * (a + b)
     y = np.sum(np.cross(carried, Rb[..., 0]) * b, axis=-1)
     x = np.sum(carried * Rb[..., 0], axis=-1)
     angle = 2 * np.arctan(y / (np.sqrt(x * x + y * y) + x))
     twist = angle + 2 * np.pi * np.round((m - angle.real) / (2 * np.pi))
+    bending = np.einsum("...i,...ik->...k", kb, (Ra + Rb)[..., :2]) / (2 * np.cos(twist / 2))[..., None]
     return np.concatenate([bending, twist[..., None]], axis=-1)
 
 

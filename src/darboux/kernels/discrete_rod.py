@@ -4,12 +4,15 @@ A rod of N edges has the vertices x_0 ... x_N. Edge j lies between x_{j-1} and x
 directors d1, d2 and its tangent t = d1 x d2. Two ghost edges, 0 and N + 1, are the fixed frames of clamps at the end
 vertices. Where two edges meet at vertex i, a in front of it and b behind, a spring resists the strains
 
-    kappa1 = (a.b2 - b.a2) / chi      kappa2 = (b.a1 - a.b1) / chi      chi = 1 + a.b
+    kappa1 = -2 a2'.b / chi           kappa2 = 2 a1'.b / chi           chi = 1 + a.b
     m      = atan2(b1.a2 - b2.a1, a1.b1 + a2.b2) + 2 pi w
     E_i    = 1/2 (kappa - kappa0).B/V (kappa - kappa0)         kappa = (kappa1, kappa2, m)
 
-with V the length of rod that belongs to the vertex (half a cell at a clamp, which makes the clamp second order), and
-w the whole turns that keep m next to its last value. Edges stretch, and vertices carry affine loads:
+where a1', a2' are the directors of a turned forward by m / 2 about a, and b1', b2' those of b turned back by m / 2: what is
+between these frames is bending alone, by an angle phi with |(kappa1, kappa2)| = 2 tan(phi / 2). (The mean of the directors
+as they are, which is usual, makes it smaller by cos(m / 2): a rod that is twisted would bend more easily than it does.)
+V is the length of rod that belongs to the vertex (half a cell at a clamp, which makes the clamp second order), and w the
+whole turns that keep m next to its last value. Edges stretch, and vertices carry affine loads:
 
     E_j = (EA eps^2 / 2 + T eps) l       eps = |x_j - x_{j-1}| / l - 1
     E_i = -(f.x_i + x_i.C x_i / 2)
@@ -38,7 +41,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import (
-    Rotation,
     Vector,
     across,
     add,
@@ -160,8 +162,16 @@ def advance(old: State, step: Array, scale: float, new: State) -> None:
 
 
 @inline
+def turned_by_half(t: Vector, d1: Vector, m: float) -> tuple[Vector, Vector]:
+    """The directors d1 and t x d1 of an edge, turned by m / 2 about t."""
+    c, s = math.cos(0.5 * m), math.sin(0.5 * m)
+    d2 = cross(t, d1)
+    return mix(c, d1, s, d2), mix(-s, d1, c, d2)
+
+
+@inline
 def strain(t: Array, d1: Array, m: Array, i: int) -> Vector:
-    """kappa = ((a.b2 - b.a2) / chi, (b.a1 - a.b1) / chi, m) at vertex i; infinite where the rod folds on itself."""
+    """kappa = (-2 a2'.b / chi, 2 a1'.b / chi, m) at vertex i; infinite where the rod folds on itself."""
     a, a1 = vector(t, 3 * i), vector(d1, 3 * i)
     b, b1 = vector(t, 3 * i + 3), vector(d1, 3 * i + 3)
     a2, b2 = cross(a, a1), cross(b, b1)
@@ -169,8 +179,10 @@ def strain(t: Array, d1: Array, m: Array, i: int) -> Vector:
     if chi < FOLDED:
         return np.inf, np.inf, m[i]
     angle = math.atan2(dot(b1, a2) - dot(b2, a1), dot(a1, b1) + dot(a2, b2))
-    turns = np.rint((m[i] - angle) / (2.0 * math.pi))
-    return (dot(a, b2) - dot(b, a2)) / chi, (dot(b, a1) - dot(a, b1)) / chi, angle + 2.0 * math.pi * turns
+    twist = angle + 2.0 * math.pi * np.rint((m[i] - angle) / (2.0 * math.pi))
+    c, s, r = math.cos(0.5 * twist), math.sin(0.5 * twist), 2.0 / chi
+    u1, u2 = r * dot(a1, b), r * dot(a2, b)
+    return s * u1 - c * u2, c * u1 + s * u2, twist
 
 
 @jit
@@ -218,57 +230,32 @@ def energy(state: State, rod: Elasticity, loads: Loads, parts: Array) -> float:
     return np.inf if math.isnan(total) else total
 
 
-# Derivatives of a spring, in the frames of its own edges
+# Derivatives of a spring, in the turned frames of its own edges
 #
-# A direction moves across itself only: w_a has components along a1 and a2, w_b along b1 and b2. With Q_ij = a_i.b_j, a3 = a,
-# b3 = b and c = Q33, the gradients by (w_a, theta_a, w_b, theta_b) are
+# A direction moves across itself only: w_a has components along a1' and a2', w_b along b1' and b2'. With
 #
-#     chi grad kappa1 = (Q12 - kappa1 Q13, Q22 + c - kappa1 Q23, Q13, -Q21 - kappa1 Q31, -Q22 - c - kappa1 Q32, -Q31)
-#     chi grad kappa2 = (-Q11 - c - kappa2 Q13, -Q21 - kappa2 Q23, Q23, Q11 + c - kappa2 Q31, Q12 - kappa2 Q32, -Q32)
-#     chi grad m      = (-Q23, Q13, -chi, Q32, -Q31, chi)
-#     grad chi        = (Q13, Q23, 0, Q31, Q32, 0)
+#     x = kappa1 / 2     y = kappa2 / 2     z = (x, y)     delta = w_b - w_a     sigma = w_a + w_b     zeta = x delta2 - y delta1
 #
-# and the Hessian of the spring's energy, with its moments mu = B/V (kappa - kappa0), is
+# the rotation between these frames is (1, x, y, 0) / sqrt(1 + x^2 + y^2) as a quaternion, and the strains change by
 #
-#     sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma grad chi^T - grad chi sigma^T + remainder
-#     chi sigma = mu1 grad kappa1 + mu2 grad kappa2 + (mu3 grad_w m + (mu2, -mu1, 0, -mu2, mu1, 0)) / 2
+#     d kappa1 = -delta2 - x zeta + y (theta_a + theta_b)     d kappa2 = delta1 - y zeta - x (theta_a + theta_b)
+#     d m      = z.sigma + theta_b - theta_a
 #
-# The remainder, over chi, is with psi = mu1 kappa1 + mu2 kappa2, alpha = mu1 Q32 - mu2 Q31 and beta = mu1 Q23 - mu2 Q13
+# The second derivatives, twice along the same step, of mu.kappa with the moments mu = (M, T) = B/V (kappa - kappa0) are
 #
-#     (w_a, w_a)  (psi c - alpha) I     (w_a, theta_a)  -c (mu1, mu2)                  (theta_a, theta_a)   beta
-#     (w_b, w_b)  (psi c + beta) I      (w_b, theta_b)   c (mu1, mu2)                  (theta_b, theta_b)  -alpha
-#     (w_a, w_b)  u grad_b chi^T / 2 + grad_a chi u^T / 2 + mu3 / 2 (p, -q; q, p) - psi (Q11, Q12; Q21, Q22)
-#     (w_a, theta_b)  -(Q11, Q12; Q21, Q22) (mu1, mu2)     (theta_a, w_b)  (Q11, Q21; Q12, Q22) (mu1, mu2)
+#     psi (delta^2 + zeta^2) - (M.delta)(z.delta) / 2 - (M.sigma)(z.sigma) / 2 - psi (z.sigma)^2 / 2 - psi Theta^2 / 2
+#     + (M.delta - omega zeta) Theta - T (sigma1 delta2 - sigma2 delta1) / 2 - T zeta z.sigma
 #
-# where u = (-mu2, mu1), p = Q12 - Q21 and q = Q11 + Q22. To derive it, expand to second order a -> a + w - |w|^2 a / 2 and what
-# is carried along, v -> v - (v.w) a - (v.w) w / 2. By edges, w = P e / |e| - (t.e) P e / |e|^2, which adds -(phi t^T + t phi^T)
-# / |e| to every function of direction alone, phi its gradient by e.
+# where psi = M.z, omega = M1 y - M2 x and Theta = theta_a + theta_b. To derive it, expand to second order a -> a + w - |w|^2
+# a / 2 and what is carried along, v -> v - (v.w) a - (v.w) w / 2. By edges, w = P e / |e| - (t.e) P e / |e|^2, which adds
+# -(phi t^T + t phi^T) / |e| to every function of direction alone, phi its gradient by e.
 
 
 @inline
-def between_frames(a1: Vector, a2: Vector, a: Vector, b1: Vector, b2: Vector, b: Vector) -> Rotation:
-    """Q_ij = a_i.b_j, row by row."""
-    return (
-        *(dot(a1, b1), dot(a1, b2), dot(a1, b)),
-        *(dot(a2, b1), dot(a2, b2), dot(a2, b)),
-        *(dot(a, b1), dot(a, b2), dot(a, b)),
-    )
-
-
-@inline
-def local_gradients(k: Vector, Q: Rotation) -> tuple[Vector, Vector, Vector, Vector, Vector, Vector]:
+def local_gradients(x: float, y: float) -> tuple[Vector, Vector, Vector, Vector, Vector, Vector]:
     """What each of (w_a, theta_a, w_b, theta_b) does to (kappa1, kappa2, m)."""
-    r = 1.0 / (1.0 + Q[8])
-    Q11, Q12, Q13, Q21, Q22, Q23 = r * Q[0], r * Q[1], r * Q[2], r * Q[3], r * Q[4], r * Q[5]
-    Q31, Q32, c = r * Q[6], r * Q[7], r * Q[8]
-    return (
-        (Q12 - k[0] * Q13, -Q11 - c - k[1] * Q13, -Q23),
-        (Q22 + c - k[0] * Q23, -Q21 - k[1] * Q23, Q13),
-        (Q13, Q23, -1.0),
-        (-Q21 - k[0] * Q31, Q11 + c - k[1] * Q31, Q32),
-        (-Q22 - c - k[0] * Q32, Q12 - k[1] * Q32, -Q31),
-        (-Q31, -Q32, 1.0),
-    )
+    p, q1, q2 = x * y, 1.0 + x * x, 1.0 + y * y
+    return (-p, -q2, x), (q1, p, y), (y, -x, -1.0), (p, q2, x), (-q1, -p, y), (y, -x, 1.0)
 
 
 @inline
@@ -276,12 +263,13 @@ def strain_gradients(
     work: Array, k: Vector, a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float
 ) -> None:
     """The gradients of kappa1, kappa2 and m by (e_a, theta_a, e_b, theta_b) into the workspace."""
-    a2, b2 = cross(a, a1), cross(b, b1)
-    A1, A2, A3, B1, B2, B3 = local_gradients(k, between_frames(a1, a2, a, b1, b2, b))
+    f1, f2 = turned_by_half(a, a1, k[2])
+    g1, g2 = turned_by_half(b, b1, -k[2])
+    A1, A2, A3, B1, B2, B3 = local_gradients(0.5 * k[0], 0.5 * k[1])
     for p in range(3):
         o = ROW * p
-        store(work, o, mix(ra * A1[p], a1, ra * A2[p], a2))
-        store(work, o + 4, mix(rb * B1[p], b1, rb * B2[p], b2))
+        store(work, o, mix(ra * A1[p], f1, ra * A2[p], f2))
+        store(work, o + 4, mix(rb * B1[p], g1, rb * B2[p], g2))
         work[o + 3], work[o + 7] = A3[p], B3[p]
 
 
@@ -313,56 +301,50 @@ def store_edge(
 
 
 @inline
-def product(y: Vector, g: Vector, s: float, x: float, other_s: float, other_x: float) -> float:
-    """An entry of sum_kl (B/V)_kl grad kappa_k grad kappa_l^T - sigma grad chi^T - grad chi sigma^T, y = (B/V) grad kappa."""
-    entry: float = dot(y, g) - s * other_x - x * other_s
-    return entry
-
-
-@inline
 def spring_hessian(
     work: Array, stiffness: Array, o: int, k: Vector, mu: Vector,
     a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float,
 ) -> None:  # fmt: skip
     """The gradient and the Hessian of a spring by edges, into the workspace."""
-    a2, b2 = cross(a, a1), cross(b, b1)
-    Q = between_frames(a1, a2, a, b1, b2, b)
-    Q11, Q12, Q13, Q21, Q22, Q23, Q31, Q32, c = Q
-    A1, A2, A3, B1, B2, B3 = local_gradients(k, Q)
-    r = 1.0 / (1.0 + c)
-    mu1, mu2, nu = r * mu[0], r * mu[1], 0.5 * r * mu[2]
-    alpha, beta, psi = mu1 * Q32 - mu2 * Q31, mu1 * Q23 - mu2 * Q13, mu1 * k[0] + mu2 * k[1]
-    phi_a, phi_b = (dot(mu, A1), dot(mu, A2), dot(mu, A3)), (dot(mu, B1), dot(mu, B2), dot(mu, B3))
-    # sigma, less what u adds to it
-    s1, s2, s3 = r * phi_a[0] - nu * A1[2], r * phi_a[1] - nu * A2[2], r * phi_a[2] - 2.0 * nu * A3[2]
-    z1, z2, z3 = r * phi_b[0] - nu * B1[2], r * phi_b[1] - nu * B2[2], r * phi_b[2] - 2.0 * nu * B3[2]
-    Y1, Y2, Y3 = symmetric_times(stiffness, o, A1), symmetric_times(stiffness, o, A2), symmetric_times(stiffness, o, A3)
-    Z1, Z2, Z3 = symmetric_times(stiffness, o, B1), symmetric_times(stiffness, o, B2), symmetric_times(stiffness, o, B3)
-    p, q = nu * (Q12 - Q21), nu * (Q11 + Q22)
-    # (w_a, w_b), then theta_b with w_a and w_b with theta_a
-    ab11 = product(Y1, B1, s1 + mu2, Q13, z1 - mu2, Q31) + p - psi * Q11
-    ab12 = product(Y1, B2, s1 + mu2, Q13, z2 + mu1, Q32) - q - psi * Q12
-    ab21 = product(Y2, B1, s2 - mu1, Q23, z1 - mu2, Q31) + q - psi * Q21
-    ab22 = product(Y2, B2, s2 - mu1, Q23, z2 + mu1, Q32) + p - psi * Q22
-    ab13, ab23 = dot(Y1, B3) - Q13 * z3 - mu1 * Q11 - mu2 * Q12, dot(Y2, B3) - Q23 * z3 - mu1 * Q21 - mu2 * Q22
-    ab31, ab32 = dot(Y3, B1) - s3 * Q31 + mu1 * Q11 + mu2 * Q21, dot(Y3, B2) - s3 * Q32 + mu1 * Q12 + mu2 * Q22
-    s1, s2, z1, z2 = s1 + 0.5 * mu2, s2 - 0.5 * mu1, z1 - 0.5 * mu2, z2 + 0.5 * mu1
-    in_a, in_b = psi * c - alpha, psi * c + beta
-    aa11, aa22 = product(Y1, A1, s1, Q13, s1, Q13) + in_a, product(Y2, A2, s2, Q23, s2, Q23) + in_a
-    bb11, bb22 = product(Z1, B1, z1, Q31, z1, Q31) + in_b, product(Z2, B2, z2, Q32, z2, Q32) + in_b
-    aa12, bb12 = product(Y1, A2, s1, Q13, s2, Q23), product(Z1, B2, z1, Q31, z2, Q32)
-    aa13, aa23 = dot(Y1, A3) - Q13 * s3 - c * mu1, dot(Y2, A3) - Q23 * s3 - c * mu2
-    bb13, bb23 = dot(Z1, B3) - Q31 * z3 + c * mu1, dot(Z2, B3) - Q32 * z3 + c * mu2
-    aa33, bb33, ab33 = dot(Y3, A3) + beta, dot(Z3, B3) - alpha, dot(Y3, B3)
-    store_edge(work, AA, PHI, phi_a, aa11, aa12, aa22, aa13, aa23, aa33, a, a1, a2, ra)
-    store_edge(work, BB, PHI + 4, phi_b, bb11, bb12, bb22, bb13, bb23, bb33, b, b1, b2, rb)
-    f1, f2, g1, g2 = scaled(ra, a1), scaled(ra, a2), scaled(rb, b1), scaled(rb, b2)
-    v1, v2 = mix(ab11, g1, ab12, g2), mix(ab21, g1, ab22, g2)
+    x, y, (M1, M2, T) = 0.5 * k[0], 0.5 * k[1], mu
+    p, q1, q2, psi, omega = x * y, 1.0 + x * x, 1.0 + y * y, M1 * x + M2 * y, M1 * y - M2 * x
+    # (B/V) times what delta1, delta2, Theta and theta_b - theta_a do to the strains
+    Y1, Y2 = symmetric_times(stiffness, o, (p, q2, 0.0)), symmetric_times(stiffness, o, (-q1, -p, 0.0))
+    Y3, S = symmetric_times(stiffness, o, (y, -x, 0.0)), stiffness[o + 2]
+    # (delta, delta), (sigma, sigma), (sigma, delta)
+    r, shared = S - 0.5 * psi, 0.25 * (M1 * y + M2 * x)
+    d11, d22 = p * Y1[0] + q2 * (Y1[1] + psi) - 0.5 * M1 * x, q1 * (psi - Y2[0]) - p * Y2[1] - 0.5 * M2 * y
+    d12 = p * (Y2[0] - psi) + q2 * Y2[1] - shared
+    s11, s12, s22 = r * x * x - 0.5 * M1 * x, r * p - shared, r * y * y - 0.5 * M2 * y
+    c11, c12 = x * Y1[2] + 0.5 * T * p, x * Y2[2] - 0.5 * T * (q1 - 0.5)
+    c21, c22 = y * Y1[2] + 0.5 * T * (q2 - 0.5), y * Y2[2] - 0.5 * T * p
+    # with Theta and with theta_b - theta_a
+    n1 = p * Y3[0] + q2 * Y3[1] + 0.5 * (M1 + omega * y)
+    n2 = -q1 * Y3[0] - p * Y3[1] + 0.5 * (M2 - omega * x)
+    both, either = y * Y3[0] - x * Y3[1] - 0.5 * psi + S, 2.0 * Y3[2]
+    up1, up2, down1, down2 = (Y3[2] + S) * x, (Y3[2] + S) * y, (Y3[2] - S) * x, (Y3[2] - S) * y
+    f1, f2 = turned_by_half(a, a1, k[2])
+    g1, g2 = turned_by_half(b, b1, -k[2])
+    A1, A2, A3, B1, B2, B3 = local_gradients(x, y)
+    store_edge(
+        work, AA, PHI, (dot(mu, A1), dot(mu, A2), dot(mu, A3)),
+        d11 + s11 - 2.0 * c11, d12 + s12 - c12 - c21, d22 + s22 - 2.0 * c22,
+        down1 - n1 + Y1[2], down2 - n2 + Y2[2], both - either, a, f1, f2, ra,
+    )  # fmt: skip
+    store_edge(
+        work, BB, PHI + 4, (dot(mu, B1), dot(mu, B2), dot(mu, B3)),
+        d11 + s11 + 2.0 * c11, d12 + s12 + c12 + c21, d22 + s22 + 2.0 * c22,
+        up1 + n1 + Y1[2], up2 + n2 + Y2[2], both + either, b, g1, g2, rb,
+    )  # fmt: skip
+    f1, f2, g1, g2 = scaled(ra, f1), scaled(ra, f2), scaled(rb, g1), scaled(rb, g2)
+    skew = c12 - c21
+    v1, v2 = mix(s11 - d11, g1, s12 - d12 + skew, g2), mix(s12 - d12 - skew, g1, s22 - d22, g2)
+    by1, by2 = up1 - n1 - Y1[2], up2 - n2 - Y2[2]
     for q in range(3):
         store(work, AB + ROW * q, mix(f1[q], v1, f2[q], v2))
-        work[AB + ROW * q + 3] = ab13 * f1[q] + ab23 * f2[q]
-    store(work, ANGLE + 4, mix(ab31, g1, ab32, g2))
-    work[ANGLE + 7] = ab33
+        work[AB + ROW * q + 3] = by1 * f1[q] + by2 * f2[q]
+    store(work, ANGLE + 4, mix(down1 + n1 - Y1[2], g1, down2 + n2 - Y2[2], g2))
+    work[ANGLE + 7] = both - 2.0 * S
 
 
 # Assembly: by e_a = x - x_- and e_b = x_+ - x from edges to vertices
@@ -639,12 +621,12 @@ def add_edge_loads(
 def chain_frames(kappa: Array, q: Array) -> None:
     """Quaternions q (4 (N + 2)) of the edges, q_0 = 1, whose springs have the strains kappa (3 (N + 1)).
 
-    q_b = q_a p,  p = (cos(m/2), kappa1 / (2 cos(m/2)), kappa2 / (2 cos(m/2)), sin(m/2)) / |.|
+    q_b = q_a p,  p = (cos(m/2), kappa1 / 2, kappa2 / 2, sin(m/2)) / |.|
     """
     q[0], q[1], q[2], q[3] = 1.0, 0.0, 0.0, 0.0
     for i in range(kappa.size // 3):
         c, s = math.cos(0.5 * kappa[3 * i + 2]), math.sin(0.5 * kappa[3 * i + 2])
-        x, y = kappa[3 * i] / (2.0 * c), kappa[3 * i + 1] / (2.0 * c)
+        x, y = 0.5 * kappa[3 * i], 0.5 * kappa[3 * i + 1]
         r = 1.0 / math.sqrt(1.0 + x * x + y * y)
         w0, x0, y0, z0 = q[4 * i], q[4 * i + 1], q[4 * i + 2], q[4 * i + 3]
         q[4 * i + 4] = r * (w0 * c - x0 * x - y0 * y - z0 * s)

@@ -112,25 +112,25 @@ def _forces(chain: Chain, x: Array, loads: EdgeLoads, load_factor: float, gradie
     return edges, vertices
 
 
-def _moments(chain: Chain, x: Array, shape: Shape, R: Array, n: Array) -> Array:
+def _moments(chain: Chain, nodes: Array, shape: Shape, R: Array, n: Array) -> Array:
     """Return the moment that each spring transmits, fixed frame; where there is none, by balance over the edge.
 
-    m_i = sum_j mu_j tau_j,   tau_1 = (b2 x a - b x a2 + kappa1 a x b) / chi,
-    tau_2 = (b x a1 - b1 x a + kappa2 a x b) / chi,   tau_3 = (a + b) / chi,   mu = B (kappa - kappa0) / V
+    m_i = sum_j mu_j tau_j,   tau_1 = b1' + x c + y b,   tau_2 = b2' + y c - x b,   tau_3 = b + x b2' - y b1'
+
+    with mu = B (kappa - kappa0) / V, (x, y) = (kappa1, kappa2) / 2 and c = x b1' + y b2'; b1', b2' as in kernels/discrete_rod.py.
     """
     rod = chain.elasticity(shape.T)
     kappa = np.empty(3 * (chain.edges + 3))
     discrete_rod.strains(shape.state, rod.first, rod.stop, kappa)
     strain, rest = (part.reshape(-1, 3)[1:-1] for part in (kappa, chain.kappa0))
     mu = np.einsum("nij,nj->ni", symmetric(chain.stiffness.reshape(-1, 6)[1:-1]), strain - rest)
-    a1, a2, a = (R[:-1, :, i] for i in range(3))
+    x, y, half_twist = np.split(0.5 * strain, 3, axis=1)
+    cosine, sine = np.cos(half_twist), np.sin(half_twist)
     b1, b2, b = (R[1:, :, i] for i in range(3))
-    chi = 1.0 + np.sum(a * b, axis=1, keepdims=True)
-    ab = np.cross(a, b)
-    tau1 = np.cross(b2, a) - np.cross(b, a2) + strain[:, :1] * ab
-    tau2 = np.cross(b, a1) - np.cross(b1, a) + strain[:, 1:2] * ab
-    m: Array = (mu[:, :1] * tau1 + mu[:, 1:2] * tau2 + mu[:, 2:] * (a + b)) / chi
-    lever = np.cross(np.diff(x, axis=0), n)
+    b1, b2 = cosine * b1 - sine * b2, sine * b1 + cosine * b2
+    c = x * b1 + y * b2
+    m: Array = mu[:, :1] * (b1 + x * c + y * b) + mu[:, 1:2] * (b2 + y * c - x * b) + mu[:, 2:] * (b + x * b2 - y * b1)
+    lever = np.cross(np.diff(nodes, axis=0), n)
     if chain.frozen[0]:
         m[0] = m[1] + lever[0]
     if chain.frozen[1]:
