@@ -162,9 +162,8 @@ def advance(old: State, step: Array, scale: float, new: State) -> None:
 
 
 @inline
-def turned_by_half(t: Vector, d1: Vector, m: float) -> tuple[Vector, Vector]:
-    """The directors d1 and t x d1 of an edge, turned by m / 2 about t."""
-    c, s = math.cos(0.5 * m), math.sin(0.5 * m)
+def turned(t: Vector, d1: Vector, c: float, s: float) -> tuple[Vector, Vector]:
+    """The directors d1 and t x d1 of an edge, turned about t by the angle with the cosine c and the sine s."""
     d2 = cross(t, d1)
     return mix(c, d1, s, d2), mix(-s, d1, c, d2)
 
@@ -263,8 +262,9 @@ def strain_gradients(
     work: Array, k: Vector, a: Vector, a1: Vector, ra: float, b: Vector, b1: Vector, rb: float
 ) -> None:
     """The gradients of kappa1, kappa2 and m by (e_a, theta_a, e_b, theta_b) into the workspace."""
-    f1, f2 = turned_by_half(a, a1, k[2])
-    g1, g2 = turned_by_half(b, b1, -k[2])
+    c, s = math.cos(0.5 * k[2]), math.sin(0.5 * k[2])
+    f1, f2 = turned(a, a1, c, s)
+    g1, g2 = turned(b, b1, c, -s)
     A1, A2, A3, B1, B2, B3 = local_gradients(0.5 * k[0], 0.5 * k[1])
     for p in range(3):
         o = ROW * p
@@ -323,8 +323,9 @@ def spring_hessian(
     n2 = -q1 * Y3[0] - p * Y3[1] + 0.5 * (M2 - omega * x)
     both, either = y * Y3[0] - x * Y3[1] - 0.5 * psi + S, 2.0 * Y3[2]
     up1, up2, down1, down2 = (Y3[2] + S) * x, (Y3[2] + S) * y, (Y3[2] - S) * x, (Y3[2] - S) * y
-    f1, f2 = turned_by_half(a, a1, k[2])
-    g1, g2 = turned_by_half(b, b1, -k[2])
+    cosine, sine = math.cos(0.5 * k[2]), math.sin(0.5 * k[2])
+    f1, f2 = turned(a, a1, cosine, sine)
+    g1, g2 = turned(b, b1, cosine, -sine)
     A1, A2, A3, B1, B2, B3 = local_gradients(x, y)
     store_edge(
         work, AA, PHI, (dot(mu, A1), dot(mu, A2), dot(mu, A3)),
@@ -443,25 +444,6 @@ def add_spring_hessian(lower: Array, work: Array, i: int, edges: int) -> None:
 
 
 @inline
-def add_spring(
-    x: Array, t: Array, d1: Array, m: Array, B: Array, kappa0: Array, i: int,
-    work: Array, gradient: Array, lower: Array,
-) -> float:  # fmt: skip
-    """Vertex i's spring: its share of gradient and Hessian; returns its energy."""
-    edges = x.size // 3 - 1
-    k = strain(t, d1, m, i)
-    s = mix(1.0, k, -1.0, vector(kappa0, 3 * i))
-    mu = symmetric_times(B, 6 * i, s)
-    a, a1, ra = vector(t, 3 * i), vector(d1, 3 * i), 1.0 / length(x, i, edges)
-    b, b1, rb = vector(t, 3 * i + 3), vector(d1, 3 * i + 3), 1.0 / length(x, i + 1, edges)
-    spring_hessian(work, B, 6 * i, k, mu, a, a1, ra, b, b1, rb)
-    add_spring_gradient(gradient, work, i, edges)
-    add_spring_hessian(lower, work, i, edges)
-    value: float = 0.5 * dot(mu, s)
-    return value
-
-
-@inline
 def rows_of(s: float, u: Vector, r: float) -> tuple[Vector, Vector, Vector]:
     """s I + r u u^T, row by row."""
     v = scaled(r, u)
@@ -470,30 +452,66 @@ def rows_of(s: float, u: Vector, r: float) -> tuple[Vector, Vector, Vector]:
 
 
 @inline
-def add_symmetric(lower: Array, o: int, s: float, u: Vector, r: float) -> None:
-    """H += s I + r u u^T, H the diagonal block of the vertex at unknown o."""
-    h1, h2, h3 = rows_of(s, u, r)
-    add_upper(lower, o, h1, h2, h3)
+def stretching(
+    t: Vector, size: float, l: float, EA: float, T: float
+) -> tuple[Vector, Vector, Vector, Vector, float]:
+    """E' = tau t, E'' = (tau / |e|) P_t + (EA / l) t t^T row by row, and E, by an edge e = |e| t, with tau = EA eps + T."""
+    eps = size / l - 1.0
+    tau = EA * eps + T
+    s = tau / size
+    h1, h2, h3 = rows_of(s, t, EA / l - s)
+    return scaled(tau, t), h1, h2, h3, (0.5 * EA * eps + T) * eps * l
 
 
 @inline
-def add_stretching(e: Vector, l: float, EA: float, T: float, j: int, gradient: Array, lower: Array) -> float:
-    """E' = tau t, E'' = (tau / |e|) P_t + (EA / l) t t^T, tau = EA eps + T, on x_j - x_{j-1}; returns E."""
-    size = math.sqrt(dot(e, e))
-    t, eps = scaled(1.0 / size, e), size / l - 1.0
-    s = (EA * eps + T) / size
-    r = EA / l - s
+def add_stretching(
+    t: Array, size: float, l: Array, EA: Array, T: Array, j: int, gradient: Array, lower: Array
+) -> float:
+    """The stretching of edge j, with no spring in front of it: its share of gradient and Hessian; returns its energy."""
+    phi, h1, h2, h3, value = stretching(vector(t, 3 * j), size, l[j - 1], EA[j - 1], T[j - 1])
     o = 4 * j
-    add(gradient, o - 4, scaled(-s, e))
-    add(gradient, o, scaled(s, e))
-    h1, h2, h3 = rows_of(s, t, r)
+    add(gradient, o - 4, scaled(-1.0, phi))
+    add(gradient, o, phi)
     add_upper(lower, o - 4, h1, h2, h3)
     add_upper(lower, o, h1, h2, h3)
     between = LOWER * (o - 4) + 4  # x_j below x_{j-1}
     add(lower, between, scaled(-1.0, h1))
     add(lower, between + REACH, scaled(-1.0, h2))
     add(lower, between + 2 * REACH, scaled(-1.0, h3))
-    return (0.5 * EA * eps + T) * eps * l
+    return value
+
+
+@inline
+def add_spring(
+    t: Array, d1: Array, m: Array, B: Array, kappa0: Array, l: Array, EA: Array, T: Array, i: int, size_a: float, size_b: float,
+    work: Array, gradient: Array, lower: Array,
+) -> float:  # fmt: skip
+    """Vertex i's spring, with the stretching of the edge behind it: their share of gradient and Hessian; returns their energy."""
+    edges = l.size
+    k = strain(t, d1, m, i)
+    s = mix(1.0, k, -1.0, vector(kappa0, 3 * i))
+    mu = symmetric_times(B, 6 * i, s)
+    a, a1 = vector(t, 3 * i), vector(d1, 3 * i)
+    b, b1 = vector(t, 3 * i + 3), vector(d1, 3 * i + 3)
+    spring_hessian(work, B, 6 * i, k, mu, a, a1, 1.0 / size_a, b, b1, 1.0 / size_b)
+    value: float = 0.5 * dot(mu, s)
+    if i < edges:
+        phi, h1, h2, h3, stretched = stretching(b, size_b, l[i], EA[i], T[i])
+        add(work, PHI + 4, phi)
+        add(work, BB, h1)
+        add(work, BB + ROW, h2)
+        add(work, BB + 2 * ROW, h3)
+        value += stretched
+    add_spring_gradient(gradient, work, i, edges)
+    add_spring_hessian(lower, work, i, edges)
+    return value
+
+
+@inline
+def add_symmetric(lower: Array, o: int, s: float, u: Vector, r: float) -> None:
+    """H += s I + r u u^T, H the diagonal block of the vertex at unknown o."""
+    h1, h2, h3 = rows_of(s, u, r)
+    add_upper(lower, o, h1, h2, h3)
 
 
 @inline
@@ -520,12 +538,13 @@ def energy_gradient_hessian(
     f, C = loads
     gradient[:] = 0.0
     lower[:] = 0.0
-    total = 0.0
+    total, behind = 0.0, np.inf
     for i in range(l.size + 1):
-        if i > 0:
-            total += add_stretching(edge(x, i), l[i - 1], EA[i - 1], T[i - 1], i, gradient, lower)
+        in_front, behind = behind, length(x, i + 1, l.size)
         if first <= i < stop:
-            total += add_spring(x, t, d1, m, B, kappa0, i, work, gradient, lower)
+            total += add_spring(t, d1, m, B, kappa0, l, EA, T, i, in_front, behind, work, gradient, lower)
+        elif i < l.size:
+            total += add_stretching(t, behind, l, EA, T, i + 1, gradient, lower)
         total += add_loads(x, f, C, i, gradient, lower)
     return np.inf if math.isnan(total) else total
 
