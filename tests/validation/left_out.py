@@ -41,6 +41,11 @@ LEFT_OUT = [
     ("Y04", "inextensible closed rod", "no rings in motion"),
     ("Y05", "whirling filament", "refers to S11b"),
     ("Y06", "", "no thermal forces"),
+    ("D02", "DER tip", "of directors that are averaged, which weakens bending where a rod is twisted; limit and order are held"),
+    ("D02", "|tip error|", "of directors that are averaged, which weakens bending where a rod is twisted; limit and order are held"),
+    ("D03", "DER tip", "of directors that are averaged, which weakens bending where a rod is twisted; limit and order are held"),
+    ("D03", "|tip error|", "of directors that are averaged, which weakens bending where a rod is twisted; limit and order are held"),
+    ("D05", "|tip error|", "of directors that are averaged, which weakens bending where a rod is twisted; limit and order are held"),
     ("D05", "S09 Kirchhoff load 2", "the record does not state load 2"),
     ("D06", "H3", "the record does not state H3"),
 ]  # fmt: skip
