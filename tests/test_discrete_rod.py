@@ -139,6 +139,16 @@ def test_a_heavy_column_buckles_at_its_own_weight(w: float, index: int) -> None:
     assert dx.solve(problem, dx.DiscreteRod(80)).index == index
 
 
+@pytest.mark.parametrize(("share", "index"), [(0.999, 0), (1.006, 2)])
+def test_twist_does_not_weaken_bending(share: float, index: int) -> None:
+    """A. G. Greenhill (1883): B y'''' - i M y''' - T y'' = 0 with clamped ends, M L / B = 10.42885644 for T L^2 / B = 10."""
+    critical = 10.428856439276949 / (2 / 3)
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=2 / 3))
+    end = dx.Slider(along=(0, 0, 1), twist=share * critical)
+    x = dx.solve(dx.Equilibrium(rod, end=end, loads=[dx.EndForce((0, 0, 10.0))]), dx.DiscreteRod(50))
+    assert x.index == index
+
+
 @pytest.mark.parametrize(("Lambda", "index"), [(12.2, 0), (12.5, 1)])
 def test_a_rotating_column_bends_out_at_its_whirling_speed(Lambda: float, index: int) -> None:
     """Case S11b: rho A Omega^2 L^4 / EI = beta_1^4 = 12.3624, seen in the turning frame, one bending plane stiffened."""

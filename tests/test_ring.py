@@ -44,6 +44,12 @@ def test_the_index_of_a_discrete_ring_on_both_sides_of_michells(share: float, in
     assert dx.solve(dx.Ring(ROUND, link=share * CRITICAL), dx.DiscreteRod(200)).index == index
 
 
+@pytest.mark.parametrize("segments", [3, 4, 5])
+def test_the_coarsest_ring_is_stable(segments: int) -> None:
+    """Bending half way between edges is the same whatever the twist; along their mean directors it would fall with it."""
+    assert dx.solve(dx.Ring(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=2 / 3))), dx.DiscreteRod(segments)).index == 0
+
+
 def test_a_discrete_ring_under_load_is_discrete() -> None:
     """A flat ring, twisted by half a turn, hangs from a section: places, forces and moments against Collocation."""
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.3, GJ=GJ), natural=(0.3, 1.0, 0.0))

@@ -452,9 +452,7 @@ def rows_of(s: float, u: Vector, r: float) -> tuple[Vector, Vector, Vector]:
 
 
 @inline
-def stretching(
-    t: Vector, size: float, l: float, EA: float, T: float
-) -> tuple[Vector, Vector, Vector, Vector, float]:
+def stretching(t: Vector, size: float, l: float, EA: float, T: float) -> tuple[Vector, Vector, Vector, Vector, float]:
     """E' = tau t, E'' = (tau / |e|) P_t + (EA / l) t t^T row by row, and E, by an edge e = |e| t, with tau = EA eps + T."""
     eps = size / l - 1.0
     tau = EA * eps + T
