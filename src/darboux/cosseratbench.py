@@ -103,19 +103,33 @@ def _motion(scenario: Scenario, rod: Rod, n_elements: int) -> dx.Motion:
 
 
 def _support(rod: Rod, at: End, n_elements: int) -> Any:
-    """Return what holds an end: a clamp along the end's own direction, turned as its element is."""
+    """Return what holds an end: a clamp along the tangent of the initial curve there, turned as its element is."""
     first = at is End.START
     position = rod.centerline[0 if first else -1]
     if rod.condition(at) is EndCondition.FREE:
         return dx.Free()
     if rod.condition(at) is EndCondition.PINNED:
         return dx.Pinned(position)
-    here, there = rod.centerline[:2] if first else rod.centerline[-2:]
-    pose = {"tangent": np.subtract(there, here), "d1": rod.directors(n_elements)[0 if first else -1]}
+    pose = {
+        "tangent": _tangent(rod.centerline) if first else -_tangent(rod.centerline[::-1]),
+        "d1": rod.directors(n_elements)[0 if first else -1],
+    }
     motion = rod.motion(at)
     if motion is not None and motion.slides_along is not None:
         return dx.Slider(motion.slides_along, position, **pose)
     return dx.Clamped(position, **pose)
+
+
+def _tangent(points: Any) -> Array:
+    """Return the direction in which the curve through the points sets out: that of the parabola through the first three.
+
+    The first chord is off by half the turn of a segment, and a clamp along it bends the rod for good.
+    """
+    chords = np.diff(np.array(points[:3]), axis=0)
+    if len(chords) == 1:
+        return np.asarray(chords[0])
+    first, second = np.linalg.norm(chords, axis=1)
+    return np.asarray(chords[0] / first + first / (first + second) * (chords[0] / first - chords[1] / second))
 
 
 def _moving(motion: Any, support: Any) -> dx.Moving:
