@@ -115,9 +115,10 @@ NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, FACTORS = 33, 39, 45, 51
 
 DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
 
-MOST_ITERATIONS = 25
+MOST_ITERATIONS = 50
 PATIENCE = 4  # iterations after which changes must shrink
 FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
+SLOWEST = 0.9  # of the change before: with a tangent that leaves parts out, changes may shrink as slowly
 LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
 STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
 LARGEST_SHARE = 0.5  # of B dk in the correction (4), which is left out where dk all but vanishes and c is huge
@@ -998,7 +999,7 @@ def stage(
             return -1
         renew_tension(now, residual, rate, body, ends, expected)
         to_velocity(old, now, rate, residual, V)
-        if iteration > 1 and (size <= tolerance or (size <= FLOOR and size > 0.5 * last)):
+        if iteration > 1 and (size <= tolerance or (size <= FLOOR and size > SLOWEST * last)):
             place(old, base, tau, V, row, body, step, now)
             return iteration
         last = size
