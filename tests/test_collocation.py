@@ -219,14 +219,6 @@ def test_a_mechanism_that_a_moment_turns_is_named(problem: dx.Equilibrium) -> No
     assert solution.statistics["load_steps"] < 100
 
 
-@pytest.mark.parametrize(("g", "tip"), [((1, 0, 0), (1, 0, 0)), ((0, 0, 1), (0, 0, 1))])
-def test_a_pendulum_finds_its_way_down(g: tuple[float, ...], tip: tuple[float, ...]) -> None:
-    """A pinned rod is a mechanism too, but its weight comes to rest, wherever it began."""
-    x = dx.solve(dx.Equilibrium(UNIT, dx.Pinned(), loads=[dx.Gravity(g)]))
-    np.testing.assert_allclose(x.tip, tip, atol=1e-9)
-    assert x.stable
-
-
 def test_more_turns_than_can_be_followed_are_refused() -> None:
     with pytest.raises(
         dx.InvalidInput, match=r"by about 2\.3e\+05 turns; Collocation follows it up to 80\. Check the units"

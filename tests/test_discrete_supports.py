@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import darboux as dx
+from darboux.frames import rotation
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
-from darboux.statics.discrete_ends import rotation
 from tests import cases
 
 UP = (0, 0, 1)

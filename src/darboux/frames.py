@@ -71,6 +71,11 @@ def quaternion_of_turn(phi: Array) -> Array:
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * phi], axis=1)
 
 
+def rotation(phi: Array) -> Array:
+    """Return the matrix (3, 3) of a rotation vector (3,) in rad."""
+    return matrix_of_quaternion(quaternion_of_turn(phi[None])[0])
+
+
 def accumulated(turns: Array) -> Array:
     """Return 1, q_1, q_1 q_2, ... for the turns q (n, 4): (n + 1, 4), by doubling."""
     q = np.concatenate([[[1.0, 0.0, 0.0, 0.0]], turns])

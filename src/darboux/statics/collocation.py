@@ -18,7 +18,7 @@ from darboux.errors import InvalidInput
 from darboux.kernels.collocation import FEWEST_STAGES, MOST_STAGES
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import first_shape, limits, load_path
+from darboux.statics import first_shape, laying, limits, load_path
 from darboux.statics.coefficients import Scale
 from darboux.statics.collocation_equations import Equations, State
 from darboux.statics.collocation_refinement import refined
@@ -130,7 +130,7 @@ class Collocation:
     def _followed(self, problem: Equilibrium, start: Any) -> _Found:
         """Return where the path ends that begins with the unloaded rod, or with the start's shape free of stress."""
         shape = first_shape.of_problem(problem)
-        origin = "the unloaded rod" if shape is None else "the round ring"
+        origin = laying.origin(problem)
         if start is not None:
             shape, origin = first_shape.given(problem, Scale.of(problem), start), "the given start"
         equations = Equations(problem, self.stages, shape)

@@ -28,7 +28,7 @@ from darboux.statics import coefficients, load_path, stability
 from darboux.statics.coefficients import Scale
 from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, shape_of
-from darboux.statics.laying import laid
+from darboux.statics.laying import at_rest
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
 from darboux.statics.stability import Held, SecondVariation
 from darboux.supports import Support
@@ -187,7 +187,7 @@ class Equations:
 
     def _lay(self, points: Array, states: Array) -> Support:
         """Turn and move the states of the unloaded rod to where a support holds it; return that support."""
-        held, place, orientation = laid(self.problem)
+        held, place, orientation = at_rest(self.problem)
         i = int(np.searchsorted(points, place))
         R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
         chord = states[-1, :3] - states[0, :3]

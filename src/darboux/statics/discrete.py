@@ -20,7 +20,7 @@ from darboux.errors import InvalidInput
 from darboux.modes import Modes
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import discrete_fields, discrete_modes, limits, load_path
+from darboux.statics import discrete_fields, discrete_modes, laying, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
 
@@ -134,8 +134,7 @@ class DiscreteRod:
                 fallen = branch.fallen(shape)
                 shape, fell = fallen or shape, fallen is not None
                 path.index = 0 if fell else path.index
-            origin = "the round ring" if isinstance(problem, Ring) else "the unloaded rod"
-            code, message = load_path.ending(path, "DiscreteRod", origin)
+            code, message = load_path.ending(path, "DiscreteRod", laying.origin(problem))
             if fell:
                 message = (
                     f"{message} The rod left it along its most unstable direction, and fell to this stable equilibrium."

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 PATH_TOLERANCE = 1e-4  # of the last change of Newton on the way, as a turn in rad: what is left over is its square
 TOLERANCE = 1e-10  # and at full load
+DRIFT = 1e-7  # rad by which rounding moves, in each iteration anew, what nothing but the lent stiffness resists
 SETTLING = 1e-2  # rad by which an equilibrium may move when what was lent to it is taken back
 MOST_ITERATIONS = 40
 SHORT_STEP = 2e-3  # of the load factor
@@ -135,7 +136,8 @@ class ChainBranch:
             turned += scale * size
             if turned > 4.0 * load_path.LARGEST_CORRECTED_TURN:
                 return None
-            if scale == 1.0 and size <= tolerance:
+            adrift = self.chain.shift > 0.0 and 0.5 * last < size <= DRIFT
+            if scale == 1.0 and (size <= tolerance or adrift):
                 return shape._replace(unstable=index), turned, iteration
             last = size
         return None

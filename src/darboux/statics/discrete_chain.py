@@ -32,10 +32,10 @@ from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium, Ring
 from darboux.statics import coefficients, stability
 from darboux.statics.coefficients import Scale
-from darboux.statics.discrete_ends import Block, End, rotation, rotation_vector
+from darboux.statics.discrete_ends import Block, End, rotation_vector
 from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import circle
-from darboux.statics.laying import laid
+from darboux.statics.laying import hanging, laid
 
 Array = NDArray[np.float64]
 
@@ -260,6 +260,8 @@ class Chain:
         chord = x[-1] - x[0]
         chord /= np.linalg.norm(chord) if np.any(chord) else 1.0
         turn = orientation @ R[at].T if orientation.shape == (3, 3) else smallest_rotation(chord, orientation)
+        hung = hanging(self.problem, (x - x[i]) @ turn.T, self.f[1:-1])
+        turn = turn if hung is None else hung @ turn
         x = (x - x[i]) @ turn.T + (np.array(support.position) - self.scale.origin) / self.scale.length
         return x, turn @ R, np.concatenate([[0.0], rest[:, 2], [0.0]])
 
@@ -328,7 +330,7 @@ class Chain:
                 c, by_unknowns, _ = end.out_of_groove(place, R)
                 change = by_unknowns @ np.concatenate([turn, seven[end.near]])
                 reactions[k] = reactions[k] + self.penalty * (c + scale * change)
-            R = rotation(scale * turn) @ R
+            R = frames.rotation(scale * turn) @ R
             self._put(new, end, end.held_frame(R) if end.universal else R)
         T = shape.T
         if self.inextensible:

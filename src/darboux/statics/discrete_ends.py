@@ -149,9 +149,9 @@ class End:
             b = R @ self.R.T @ self.support.rotation_axes[:, 1]
             across = np.cross(b, a)
             sine = float(np.linalg.norm(across))
-            return rotation(-np.arctan2(float(a @ b), sine) / sine * across) @ R
+            return frames.rotation(-np.arctan2(float(a @ b), sine) / sine * across) @ R
         q = frames.quaternion_of_matrix(R @ self.R.T)  # a hinge: the part of the turn that is about its axis
-        return rotation(2.0 * np.arctan2(q[1:] @ a, q[0]) * a) @ self.R
+        return frames.rotation(2.0 * np.arctan2(q[1:] @ a, q[0]) * a) @ self.R
 
     def held_place(self, x: Array) -> Array:
         """Return the place next to x that the support allows."""
@@ -237,11 +237,6 @@ def turned_twice(F: Array, t: Array) -> Array:
     return np.asarray(0.5 * (outer + outer.T) - np.trace(outer) * np.eye(3))
 
 
-def rotation(phi: Array) -> Array:
-    """Return the matrix (3, 3) of a rotation vector (3,)."""
-    return frames.matrix_of_quaternion(frames.quaternion_of_turn(phi[None])[0])
-
-
 def rotation_vector(R: Array) -> Array:
     """Return the rotation vector (3,) of a matrix (3, 3), of an angle up to pi."""
     q = frames.quaternion_of_matrix(R)
@@ -265,7 +260,8 @@ def _spring_moment(K: Array, R: Array) -> Array:
 def _spring_tangent(K: Array, R: Array) -> Array:
     """Return the second derivative (3, 3) in the exponential chart, by differences: the symmetric part of the moment's."""
     slopes = [
-        (_spring_moment(K, rotation(STEP * e) @ R) - _spring_moment(K, rotation(-STEP * e) @ R)) / (2.0 * STEP)
+        (_spring_moment(K, frames.rotation(STEP * e) @ R) - _spring_moment(K, frames.rotation(-STEP * e) @ R))
+        / (2.0 * STEP)
         for e in np.eye(3)
     ]
     return np.asarray(0.5 * (np.array(slopes) + np.array(slopes).T))

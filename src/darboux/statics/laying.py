@@ -1,14 +1,21 @@
-"""Where the unloaded rod lies: which support places it, and how it is turned."""
+"""Where the unloaded rod lies: which support places it, how it is turned, and how a pendulum hangs from its joint."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.problem import Equilibrium
+from darboux import frames
+from darboux.natural import smallest_rotation
+from darboux.problem import Equilibrium, Ring
+from darboux.statics.first_shape import shape_of
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
+
+PLACES = 257  # at which a pendulum's loads are summed
+STARTS, ALIGNMENTS = 8, 50  # of a universal joint's two turns, one after the other
+NOTHING = 1e-12  # of the loads' largest moment: below this their sum is rounding
 
 
 def laid(problem: Equilibrium) -> tuple[Support, float, Array]:
@@ -31,3 +38,106 @@ def laid(problem: Equilibrium) -> tuple[Support, float, Array]:
         if not all(support.held_displacement) and support.sliding == "fixed":
             return held, place, support.displacement_axes[:, 0]
     return held, place, np.array([0.0, 0.0, 1.0])
+
+
+def placed(problem: Equilibrium, s: Array) -> tuple[Array, Array]:
+    """Return the centreline (n, 3) in m and the directors (n, 3, 3) at s (n,) of the unloaded rod, laid at its support."""
+    L = problem.rod.length
+    support, place, lie = laid(problem)
+    r, q = shape_of(lambda x: problem.rod.k0(x * L) * L, np.concatenate([[0.0, 1.0], s / L, [place]]))
+    R, chord = frames.matrix_of_quaternion(q), r[1] - r[0]
+    length = float(np.linalg.norm(chord))
+    straight = chord / length if length > 0.0 else np.array([0.0, 0.0, 1.0])  # of a rod that is closed by nature
+    turn = lie @ R[-1].T if lie.ndim == 2 else smallest_rotation(straight, lie)
+    return np.array(support.position) + L * (r[2:-1] - r[-1]) @ turn.T, turn @ R[2:-1]
+
+
+def origin(problem: Equilibrium) -> str:
+    """Return in words where the load path of a problem begins."""
+    if isinstance(problem, Ring):
+        return "the round ring"
+    return "the unloaded rod" if _hung(problem) is None else "the unloaded rod, hung from its joint"
+
+
+def at_rest(problem: Equilibrium) -> tuple[Support, float, Array]:
+    """Return what `laid` does, but for a pendulum as it hangs: where the smallest load leaves it, and a path can begin."""
+    support, place, lie = laid(problem)
+    Q = _hung(problem)
+    if Q is None:
+        return support, place, lie
+    return support, place, Q @ placed(problem, np.array([place * problem.rod.length]))[1][0]
+
+
+def _hung(problem: Equilibrium) -> Array | None:
+    return None if _free_axes(problem) is None else hanging(problem, *_weights(problem))
+
+
+def hanging(problem: Equilibrium, arms: Array, forces: Array) -> Array | None:
+    """Return the rotation Q (3, 3) by which a rod on a single joint hangs lowest as a rigid body; None for all others.
+
+        sum of f.(Q a) -> max
+
+    ``arms`` a (n, 3) lead from the joint to the dead ``forces`` f (n, 3). Of several such rotations it is the smallest. A rod is
+    no pendulum where another support, a spring against turning, or a force that grows with r holds it too.
+    """
+    axes = _free_axes(problem)
+    if axes is None:
+        return None
+    moments = np.einsum("ni,nj->nij", arms, forces)
+    N = np.sum(moments, axis=0)
+    if np.max(np.abs(N)) <= NOTHING * np.sum(np.abs(moments)):
+        return None
+    return _best(N, axes)
+
+
+def _weights(problem: Equilibrium) -> tuple[Array, Array]:
+    """Return the arms (n, 3) in m from the support to the dead forces, and these (n, 3) in N, by Simpson's rule."""
+    s = np.linspace(0.0, problem.rod.length, PLACES)
+    simpson = np.ones(PLACES)
+    simpson[1:-1:2], simpson[2:-1:2] = 4.0, 2.0
+    at_ends = [(s[0], problem.end_load("start").force), (s[-1], problem.end_load("end").force)]
+    points = [*at_ends, *((at, load.force) for at, load in problem.points.items())]
+    forces = [problem.distributed(s).a * (simpson * s[1] / 3.0)[:, None], [force for _, force in points]]
+    arms = placed(problem, np.concatenate([s, [at for at, _ in points]]))[0] - np.array(problem.supports[0][1].position)
+    return arms, np.concatenate(forces)
+
+
+def _free_axes(problem: Equilibrium) -> Array | None:
+    """Return the axes (k, 3) about which the rod turns freely on its only support, or None: it is no pendulum."""
+    if len(problem.supports) != 1 or isinstance(problem, Ring) or problem.of_shape:
+        return None
+    support = problem.supports[0][1]
+    placing = all(support.held_displacement) or support.linear is not None
+    if not placing or support.rotational is not None or all(support.held_rotation):
+        return None
+    if np.any(problem.distributed(np.linspace(0.0, problem.rod.length, PLACES)).C):
+        return None
+    return support.rotation_axes[:, ~np.array(support.held_rotation)].T
+
+
+def _best(N: Array, axes: Array) -> Array:
+    """Return the rotation of largest tr(Q N): any (a ball joint's), about one axis, or about a then about b, by Q = Q_a Q_b."""
+    if len(axes) == 3:
+        U, sizes, Vt = np.linalg.svd(N)
+        if sizes[1] <= 1e-9 * sizes[0]:
+            return smallest_rotation(U[:, 0], Vt[0])
+        return np.asarray(Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U) * np.linalg.det(Vt)]) @ U.T)
+    if len(axes) == 1:
+        return _about(axes[0], N)
+    # Of a few turns about a the best, each with its best turn about b; then both by turns: tr(Qa Qb N) = tr(Qb N Qa).
+    starts = [frames.rotation(angle * axes[0]) for angle in np.arange(STARTS) * (frames.turn / STARTS)]
+    pairs = [(Qa, _about(axes[1], N @ Qa)) for Qa in starts]
+    Qa, Qb = max(pairs, key=lambda pair: float(np.trace(pair[0] @ pair[1] @ N)))
+    for _ in range(ALIGNMENTS):
+        Qa = _about(axes[0], Qb @ N)
+        Qb = _about(axes[1], N @ Qa)
+    return np.asarray(Qa @ Qb)
+
+
+def _about(a: Array, N: Array) -> Array:
+    """Return the rotation about the unit vector a of largest tr(Q N); none where all are alike."""
+    cosine = float(np.trace(N) - a @ N @ a)
+    sine = float(a @ np.array([N[1, 2] - N[2, 1], N[2, 0] - N[0, 2], N[0, 1] - N[1, 0]]))
+    if np.hypot(cosine, sine) <= NOTHING * np.max(np.abs(N)):
+        return np.eye(3)
+    return frames.rotation(np.arctan2(sine, cosine) * a)
