@@ -263,7 +263,7 @@ class System:
         if holding.kind_of(getattr(self.motion.problem, at)) != TURNING:
             return self.motion.frame(at, 0.0)
         end = End(self.motion.problem, at, self.scale, 1.0, 4 * self.segments + 3)
-        return end.held_frame(np.column_stack([d1[i], np.cross(t[i], d1[i]), t[i]]))
+        return end.held_frame(frames.frame_of(t[i], d1[i]))
 
     def _check_place(self, state: State) -> None:
         x, t = state.x.reshape(-1, 3), state.t.reshape(-1, 3)
@@ -464,7 +464,7 @@ def frames_along(t: Array) -> Array:
     axis = np.eye(3)[int(np.argmin(np.abs(t)))]
     d1 = axis - (axis @ t) * t
     d1 /= np.linalg.norm(d1)
-    return np.column_stack([d1, np.cross(t, d1), t])
+    return frames.frame_of(t, d1)
 
 
 def rotation_vector(R: Array) -> Array:

@@ -294,7 +294,7 @@ class Chain:
         x, t, d1 = (part.reshape(-1, 3) for part in state[:3])
         for k, end in enumerate(self.ends):
             i, j = (1, 1) if k == 0 else (-2, -2)
-            yield end, k, x[i], np.column_stack([d1[j], np.cross(t[j], d1[j]), t[j]])
+            yield end, k, x[i], frames.frame_of(t[j], d1[j])
 
     @staticmethod
     def _put(state: State, end: End, R: Array) -> None:

@@ -110,7 +110,7 @@ class End:
         A = self.support.rotation_axes
         if self.universal:
             b = R @ self.R.T @ A[:, 1]
-            A = np.column_stack([A[:, 0], b, np.cross(A[:, 0], b)])
+            A = np.column_stack([A[:, 0], b, frames.cross(A[:, 0], b)])
         return A, self.support.displacement_axes
 
     def transformation(self, R: Array) -> Array:
@@ -135,7 +135,7 @@ class End:
         """Return the rotation vector of a packed step (7,)."""
         t = R[:, 2]
         de = (step[self.far] - step[self.near]) * (self.outward / self.ghost)
-        return np.asarray(np.cross(t, de) + step[self.angle] * t)
+        return np.asarray(frames.cross(t, de) + step[self.angle] * t)
 
     def held_frame(self, R: Array) -> Array:
         """Return the frame next to R that the support allows."""
@@ -147,7 +147,7 @@ class End:
         a = self.support.rotation_axes[:, 0]
         if self.universal:  # the least turn that brings b across a
             b = R @ self.R.T @ self.support.rotation_axes[:, 1]
-            across = np.cross(b, a)
+            across = frames.cross(b, a)
             sine = float(np.linalg.norm(across))
             return frames.rotation(-np.arctan2(float(a @ b), sine) / sine * across) @ R
         q = frames.quaternion_of_matrix(R @ self.R.T)  # a hinge: the part of the turn that is about its axis
@@ -253,8 +253,8 @@ def _spring_moment(K: Array, R: Array) -> Array:
     theta = rotation_vector(R)
     t, m = float(np.linalg.norm(theta)), K @ theta
     factor = 1.0 / 12.0 if t < 1e-3 else (1.0 - 0.5 * t / np.tan(0.5 * t)) / t**2
-    first = np.cross(theta, m)
-    return np.asarray(m + 0.5 * first + factor * np.cross(theta, first))
+    first = frames.cross(theta, m)
+    return np.asarray(m + 0.5 * first + factor * frames.cross(theta, first))
 
 
 def _spring_tangent(K: Array, R: Array) -> Array:
