@@ -18,10 +18,11 @@ from darboux.errors import InvalidInput
 from darboux.kernels.collocation import FEWEST_STAGES, MOST_STAGES
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import first_shape, laying, limits, load_path
+from darboux.statics import first_shape, hanging_chain, laying, limits, load_path
 from darboux.statics.coefficients import Scale
 from darboux.statics.collocation_equations import Equations, State
 from darboux.statics.collocation_refinement import refined
+from darboux.statics.first_shape import FirstShape
 from darboux.statics.mesh import Mesh
 
 ALMOST = 0.99  # of the load: what ends here for want of slack is taut
@@ -129,12 +130,22 @@ class Collocation:
 
     def _followed(self, problem: Equilibrium, start: Any) -> _Found:
         """Return where the path ends that begins with the unloaded rod, or with the start's shape free of stress."""
-        shape = first_shape.of_problem(problem)
-        origin = laying.origin(problem)
         if start is not None:
-            shape, origin = first_shape.given(problem, Scale.of(problem), start), "the given start"
+            return self._followed_from(problem, first_shape.given(problem, Scale.of(problem), start), "the given start")
+        cable = hanging_chain.hung(problem)
+        if cable is not None:
+            found = self._followed_from(problem, cable, hanging_chain.ORIGIN)
+            if found.status.code == "converged" and not found.path.index:
+                return found
+        return self._followed_from(problem, first_shape.of_problem(problem), laying.origin(problem))
+
+    def _followed_from(self, problem: Equilibrium, shape: FirstShape | None, origin: str) -> _Found:
+        """Return where the path ends that begins with a shape (None: the rod's own), called ``origin`` in words."""
         equations = Equations(problem, self.stages, shape)
-        path = load_path.follow(equations, equations.unloaded(), until_unstable=True)
+        if shape is not None and shape.sags:
+            path = load_path.followed_as_cable(equations, equations.unloaded())
+        else:
+            path = load_path.follow(equations, equations.unloaded(), until_unstable=True)
         code, message = load_path.ending(path, "Collocation", origin)
         if path.unstable is not None and equations.has_potential:
             a, b = path.crossings[0]

@@ -102,8 +102,8 @@ class Equations:
             (s / problem.rod.length, EndConditions(support, load, 1.0, self.scale))
             for s, (support, load) in problem.stations.items()
         ]
-        held_twice = len(problem.supports) > 1
-        self.slack = SLACK if held_twice and not problem.rod.stretch else 0.0
+        held_twice, sags = len(problem.supports) > 1, shape is not None and shape.sags
+        self.slack = SLACK if held_twice and not problem.rod.stretch and not sags else 0.0
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
         self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
         self.has_potential = stability.has_potential(problem)
@@ -205,7 +205,8 @@ class Equations:
         there = np.searchsorted(self.table.breaks, 0.5 * (x[1:] + x[:-1]), side="right") - 1
         turned = (0.5 * (k0[1:] + k0[:-1]) + pieces[there]) * np.diff(x)
         elements = max(FIRST_ELEMENTS, int(np.ceil(np.sum(turned) / LARGEST_NATURAL_TURN)))
-        return better_nodes(x, turned, elements, self.breaks)
+        nodes = better_nodes(x, turned, elements, self.breaks)
+        return nodes if self.shape is None else np.union1d(nodes, self.shape.layers)
 
     # -- Newton's equations --------------------------------------------------------------------------------------
 

@@ -20,7 +20,7 @@ from darboux.errors import InvalidInput
 from darboux.modes import Modes
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import discrete_fields, discrete_modes, laying, limits, load_path
+from darboux.statics import discrete_fields, discrete_modes, hanging_chain, laying, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
 
@@ -125,7 +125,8 @@ class DiscreteRod:
         chain = Chain(problem, nodes, self.clamp == "two_vertices")
         branch = ChainBranch(chain)
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
-            path = load_path.follow(branch, chain.unloaded())
+            follow = load_path.follow if chain.cable is None else load_path.followed_as_cable
+            path = follow(branch, chain.unloaded())
             shape, fell = path.state, False
             settled = branch.settle(shape) if path.load_factor == 1.0 else shape
             shape = settled or shape
@@ -134,7 +135,8 @@ class DiscreteRod:
                 fallen = branch.fallen(shape)
                 shape, fell = fallen or shape, fallen is not None
                 path.index = 0 if fell else path.index
-            code, message = load_path.ending(path, "DiscreteRod", laying.origin(problem))
+            origin = laying.origin(problem) if chain.cable is None else hanging_chain.ORIGIN
+            code, message = load_path.ending(path, "DiscreteRod", origin)
             if fell:
                 message = (
                     f"{message} The rod left it along its most unstable direction, and fell to this stable equilibrium."

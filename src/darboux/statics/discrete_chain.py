@@ -30,17 +30,18 @@ from darboux.kernels.rod_equations import (
 from darboux.loads import LineForce
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium, Ring
-from darboux.statics import coefficients, stability
+from darboux.statics import coefficients, hanging_chain, stability
 from darboux.statics.coefficients import Scale
 from darboux.statics.discrete_ends import Block, End, rotation_vector
 from darboux.statics.end_conditions import EndConditions
-from darboux.statics.first_shape import circle
+from darboux.statics.first_shape import FirstShape, circle
 from darboux.statics.laying import hanging, laid
 
 Array = NDArray[np.float64]
 
 # EA L^2 / EI of an inextensible rod's edges, a penalty that multipliers make exact: well above bending and above the loads.
 PENALTY, PENALTY_OF_LOADS = 1e6, 100.0
+PENALTY_OF_CABLE = 1e4  # the same where tension is all: a path's tangent stretches by it over the penalty, and sags
 SLACK = 1e3  # and, on the way, of a rod held at both ends, which as a straight one could not leave its place
 SHIFT = 1e-7  # of EI / L^3 and EI / L, per length: what is lent to motions that nothing resists, as a round rod's spin
 SHIFT_OF_RING = 1e-4  # the same, above the rounding of the penalty, which a ring that turns feels
@@ -80,6 +81,7 @@ class Chain:
         self.problem, self.nodes = problem, nodes
         self.ring = problem if isinstance(problem, Ring) else None
         self.closed = self.ring is not None
+        self.cable = hanging_chain.hung(problem)
         self.scale = Scale.of(problem)
         self.edges = len(nodes) - 1
         self.unknowns = 4 * (self.edges + 2) + 3
@@ -98,6 +100,7 @@ class Chain:
         self.fixed = self._fixed()
         oriented = any(all(support.held_rotation) or support.rotational is not None for _, support in problem.supports)
         self.shift = SHIFT_OF_RING if self.closed else 0.0 if oriented else SHIFT
+        self.shift *= 1.0 if self.cable is None else self.penalty / PENALTY  # above rounding there too
 
     # -- from the rod to the chain -------------------------------------------------------------------------------
 
@@ -118,7 +121,7 @@ class Chain:
         self.stiffness = _ghosted(_six(B)).ravel()
         self.natural = _ghosted(at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
         self.kappa0 = self.first = self.natural  # at the load factor of now, at 0
-        self.lent = not self.problem.rod.stretch and len(self.problem.supports) > 1
+        self.lent = not self.problem.rod.stretch and len(self.problem.supports) > 1 and self.cable is None
         self.inextensible = not self.problem.rod.stretch and not self.lent
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
         self.f = _ghosted(at_vertices[:, force : force + 3] * self.V[:, None])
@@ -145,7 +148,7 @@ class Chain:
                 self.section_force[power][[i - 1, i], [1, 0]] += share[:, None] * vectors[0]
                 self.section_couple[power][[i - 1, i]] += share[:, None] * vectors[1]
         loads = sum(float(np.sum(np.abs(part))) for part in (self.f, self.C, self.section_force))
-        self.penalty = PENALTY + PENALTY_OF_LOADS * loads
+        self.penalty = PENALTY + (PENALTY_OF_LOADS if self.cable is None else PENALTY_OF_CABLE) * loads
         self.EA = np.full(self.edges + 2, self.penalty)
         if self.problem.rod.stretch:
             self.EA[1:-1] = 1.0 / on_edges[1:-1, SINV + 2]
@@ -219,8 +222,13 @@ class Chain:
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
     def unloaded(self) -> Shape:
-        """Return where the path begins, with every spring at rest: the natural shape, or a ring's circle."""
-        x, R, twists = self._laid() if self.ring is None else self._circle(self.ring)
+        """Return where the path begins, with every spring at rest: the natural shape, a ring's circle, a cable's sag."""
+        if self.ring is not None:
+            x, R, twists = self._circle(self.ring)
+        elif self.cable is not None:
+            x, R, twists = self._sagging(self.cable)
+        else:
+            x, R, twists = self._laid()
         state = State(
             np.zeros(3 * (self.edges + 3)), np.zeros(3 * (self.edges + 4)), np.zeros(3 * (self.edges + 4)), twists
         )
@@ -230,17 +238,17 @@ class Chain:
         shape = Shape(state, np.zeros(self.edges + 2), tuple(np.zeros(k) for k in grooved))
         for end, edge in zip(self.ends, (0, -1), strict=True):
             self._put(state, end, R[edge])
-        placing = laid(self.problem)[0]
+        placing, given = laid(self.problem)[0], self.closed or self.cable is not None
         for end, k in zip(self.ends, (0, -1), strict=True):
-            if end.support.holds and (end.support is not placing or self.closed):
+            if end.support.holds and (end.support is not placing or given):
                 place = x[k] - end.outward * end.overhang * R[k, :, 2]
                 pose = np.concatenate([place, frames.quaternion_of_matrix(R[k])])
-                end.conditions.grow_from(pose, all_at_once=self.closed)
+                end.conditions.grow_from(pose, all_at_once=given)
             end.at(0.0)
         for k, conditions, _ in self.between:
             if conditions.support is not placing:
                 conditions.grow_from(np.concatenate([x[k - 1], [1.0, 0.0, 0.0, 0.0]]))
-        if self.closed:
+        if given:
             self.first = np.empty_like(self.natural)
             discrete_rod.strains(state, 1, self.edges + 2, self.first)
         return self.posed(shape, 0.0)
@@ -277,6 +285,13 @@ class Chain:
         R = bent @ R0 @ spun
         x = first.r + self._joined(R) - 0.5 * self.l[1] * R0[:, 2]
         return x, R, np.concatenate([[0.0], np.diff(own[:, 2]), [0.0]])
+
+    def _sagging(self, shape: FirstShape) -> tuple[Array, Array, Array]:
+        """Return vertices, frames and twists of a given shape, at the middles of the edges and at both ends."""
+        middles = 0.5 * (self.nodes[:-1] + self.nodes[1:])
+        places, q = shape.states(np.concatenate([[0.0], middles, [1.0]]))
+        R = frames.matrix_of_quaternion(q)
+        return places[0] + self._joined(R), R, np.zeros(self.edges + 3)
 
     def _joined(self, R: Array) -> Array:
         """Return the vertices (N + 1, 3) from the origin on of edges at rest with the frames R (N + 2, 3, 3)."""

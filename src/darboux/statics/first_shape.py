@@ -28,11 +28,21 @@ SAMPLES = 129  # of a curve that is drawn
 
 @dataclass(frozen=True)
 class FirstShape:
-    """Curvature and twist k L as a function of x = s / L (n,) -> (n, 3), and where the start lies: r (3,), q (4,)."""
+    """Curvature and twist k L as a function of x = s / L (n,) -> (n, 3), and where the start lies: r (3,), q (4,).
+
+    A cable's shape has ``layers``, places x (n,) near the ends between which they will bend it steeply. It sags, so that its forces
+    are determined.
+    """
 
     k: Callable[[Array], Array]
     r: Array
     q: Array
+    layers: tuple[float, ...] = ()
+
+    @property
+    def sags(self) -> bool:
+        """True for a cable's shape."""
+        return len(self.layers) > 0
 
     def states(self, x: Array) -> tuple[Array, Array]:
         """Return places (n, 3) and quaternions (n, 4) at x (n,)."""

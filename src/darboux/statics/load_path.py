@@ -28,6 +28,9 @@ WANTED_CORRECTED_TURN = 0.1  # rad; the predictor's error grows with the square 
 LARGEST_SHARE = 0.5  # of the predicted turn that the corrector may make
 WANTED_SHARE = 0.35
 UNSEEN_TURN = 1e-5  # rad; below this a turn may be what the integration leaves over
+UNSEEN_TURN_OF_CABLE = (
+    0.05  # rad; a cable has one equilibrium, so that no branch can be missed, and its path hardly turns
+)
 CROSSING_STEP = 1e-3  # of the load factor: a change of stability within this span is a crossing
 LATER_CROSSING_STEP = 0.02  # the same, once the rod is known to be unstable
 LARGEST_STEP = 0.25  # also where nothing turns: a straight column passes its buckling loads one by one
@@ -92,19 +95,34 @@ class Stopped(KeyboardInterrupt):
         self.branch, self.path = branch, path
 
 
-def follow(branch: Branch[State], state: State, until_unstable: bool = False) -> Path[State]:
+def follow(
+    branch: Branch[State], state: State, until_unstable: bool = False, *, unseen: float = UNSEEN_TURN
+) -> Path[State]:
     """Follow the branch from load factor 0, where ``state`` is an equilibrium, to 1 or to where it ends.
 
-    With ``until_unstable`` it is followed to its first crossing at most. Raises ``Stopped`` on Ctrl-C.
+    With ``until_unstable`` it is followed to its first crossing at most; ``unseen`` rad are what the corrector may always turn
+    the rod by. Raises ``Stopped`` on Ctrl-C.
     """
     path = Path(state, 0.0)
     try:
-        return _followed(branch, path, until_unstable)
+        return _followed(branch, path, until_unstable, unseen)
     except KeyboardInterrupt:
         raise Stopped(branch, path) from None
 
 
-def _followed(branch: Branch[State], path: Path[State], until_unstable: bool) -> Path[State]:
+def followed_as_cable(branch: Branch[State], state: State) -> Path[State]:
+    """Follow a cable from the chain that it resembles: to the one equilibrium, whatever the curvature that is lent does before.
+
+    What is crossed on the way are buckling loads of the naturally bent rod, so that they are kept only where the end is unstable.
+    """
+    path = follow(branch, state, unseen=UNSEEN_TURN_OF_CABLE)
+    if not path.index:
+        path.crossings.clear()
+        path.unstable = None
+    return path
+
+
+def _followed(branch: Branch[State], path: Path[State], until_unstable: bool, unseen: float) -> Path[State]:
     state = path.state
     sign, path.index = branch.stability(state, 0.0)
     step = first = LARGEST_STEP
@@ -120,7 +138,7 @@ def _followed(branch: Branch[State], path: Path[State], until_unstable: bool) ->
             goal = 1.0 if last else path.load_factor + step
             ahead = goal - path.load_factor
             reached = branch.correct(branch.predict(path.state, tangent, ahead), goal)
-            if reached is not None and reached.turn <= _allowed(turn * ahead):
+            if reached is not None and reached.turn <= _allowed(turn * ahead, unseen):
                 counted = reached.index is not None and path.index is not None
                 changed = reached.index != path.index if counted else reached.sign * sign < 0.0
                 if not changed or ahead <= (LATER_CROSSING_STEP if path.index else CROSSING_STEP):
@@ -140,21 +158,21 @@ def _followed(branch: Branch[State], path: Path[State], until_unstable: bool) ->
         path.iterations += reached.iterations
         if path.steps > MECHANISM_STEPS and path.load_factor < MECHANISM_LOAD:
             return path
-        step *= _growth(turn * ahead, reached.turn)
+        step *= _growth(turn * ahead, reached.turn, unseen)
     return path
 
 
-def _growth(predicted: float, corrected: float) -> float:
+def _growth(predicted: float, corrected: float, unseen: float) -> float:
     """Return the next step over this one; the corrector's turn grows with the square of the step."""
-    if corrected <= UNSEEN_TURN:
+    if corrected <= unseen:
         return 4.0
     wanted = min(np.sqrt(WANTED_CORRECTED_TURN / corrected), WANTED_SHARE * predicted / corrected)
     return float(np.clip(wanted, 0.5, 4.0))
 
 
-def _allowed(predicted: float) -> float:
+def _allowed(predicted: float, unseen: float) -> float:
     """Return by how much the corrector may turn the rod after the predictor turned it by ``predicted`` rad."""
-    return min(LARGEST_CORRECTED_TURN, max(LARGEST_SHARE * predicted, UNSEEN_TURN))
+    return min(LARGEST_CORRECTED_TURN, max(LARGEST_SHARE * predicted, unseen))
 
 
 def _percent(path: Path[Any]) -> str:

@@ -1,0 +1,124 @@
+"""Heavy rods between two supports are cables: solved cold, by where a chain would hang.
+
+Reference: the catenary, inextensible and elastic (H. M. Irvine, Cable Structures, MIT Press, 1981, ch. 2), which a cable leaves by
+its bending within sqrt(EI / T) of its ends, and elsewhere by about EI / (w L^3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import darboux as dx
+from darboux.statics import hanging_chain
+
+STEEL = dx.Material(E=210e9, nu=0.3, density=7850)
+RUBBER = dx.Material(E=1e6, nu=0.5, density=1000)
+WEIGHT = dx.Gravity((0, 0, -9.81))
+
+
+def cable(length: float, radius: float, *, stretch: bool, material: dx.Material = STEEL) -> dx.Rod:
+    return dx.Rod(length, dx.Circle(radius), material, stretch=stretch)
+
+
+def elastic_catenary(rod: dx.Rod, span: float) -> float:
+    """The sag in m of a cable between pins at one height: w s = H sinh, with the stretch T / EA."""
+    L, c = rod.length, rod.stiffness(np.zeros(1))
+    w = float(rod.mass(np.zeros(1), "test")[0]) * 9.81
+    soft = 1.0 / float(c.EA[0]) if rod.stretch else 0.0
+    half = 0.5 * w * L
+
+    def gap(H: float) -> float:
+        return 2.0 * H / w * np.arcsinh(half / H) + H * L * soft - span
+
+    H = brentq(gap, 1e-3 * half, 1e4 * half)
+    return float((np.hypot(H, half) - H) / w + w * (0.5 * L) ** 2 / 2.0 * soft)
+
+
+@pytest.mark.parametrize("stretch", [False, True])
+@pytest.mark.parametrize(
+    ("length", "radius", "span"), [(10.0, 1e-3, 9.0), (30.0, 2e-3, 25.0), (1e3, 0.02, 950.0), (1e3, 0.02, 999.0)]
+)
+def test_a_steel_cable_between_two_pins(length: float, radius: float, span: float, *, stretch: bool) -> None:
+    rod = cable(length, radius, stretch=stretch)
+    problem = dx.Equilibrium(rod, dx.Pinned(), dx.Pinned((span, 0, 0)), [WEIGHT])
+    bending = 210e9 * np.pi * radius**4 / 4 / (7850 * 9.81 * np.pi * radius**2 * length**3)
+    exact = dx.solve(problem)
+    assert exact.stable
+    assert "the chain that hangs between its supports" in exact.status.message
+    assert exact.statistics["load_steps"] < 20
+    assert abs(-exact.r(0.5 * length)[2] - elastic_catenary(rod, span)) < 3.0 * bending * length
+    found = dx.solve(problem, dx.DiscreteRod(400))
+    assert found.stable
+    np.testing.assert_allclose(found.r(0.5 * length), exact.r(0.5 * length), atol=3e-6 * length)
+
+
+ENDS = {
+    "clamps, level": (dx.Clamped(tangent=(1, 0, 0)), dx.Clamped((90, 0, 0), tangent=(1, 0, 0))),
+    "clamps, upright": (dx.Clamped(tangent=(0, 0, 1)), dx.Clamped((50, 0, 0), tangent=(0, 0, -1))),
+    "clamps, twisted": (dx.Clamped(tangent=(1, 0, 0)), dx.Clamped((90, 0, 0), tangent=(1, 0, 0), twist=7.0)),
+    "one above the other": (dx.Pinned(), dx.Pinned((0, 0, 60))),
+    "in one place": (dx.Pinned(), dx.Pinned()),
+    "on a slope": (dx.Pinned(), dx.Pinned((50, 0, 60))),
+}
+
+
+@pytest.mark.parametrize("stretch", [False, True])
+@pytest.mark.parametrize("name", ENDS)
+def test_cables_held_in_other_ways(name: str, *, stretch: bool) -> None:
+    """Both methods find the same stable shape, cold, the discrete rod with order 2; the balance is integrated independently."""
+    problem = dx.Equilibrium(cable(100.0, 0.01, stretch=stretch), *ENDS[name], [WEIGHT])
+    fine = 4 if name == "clamps, upright" else 1  # these bend within a metre
+    exact, *found = (dx.solve(problem, m) for m in (None, dx.DiscreteRod(200 * fine), dx.DiscreteRod(400 * fine)))
+    assert all(x.stable for x in (exact, *found))
+    gaps = [float(np.linalg.norm(x.r(50.0) - exact.r(50.0))) for x in found]
+    assert gaps[1] < 4e-3
+    assert 1.7 < np.log2(gaps[0] / gaps[1]) < 2.3, f"gaps {gaps}, declared order 2"
+    assert np.max(np.abs(exact.balance.force)) < 1e-9
+    for at, support in (("start", problem.start), ("end", problem.end)):
+        if support.clamps and support.twist == 0.0:
+            np.testing.assert_allclose(exact.R(0.0 if at == "start" else 100.0), support.R, atol=1e-9)
+
+
+def test_a_cable_under_wind_and_a_hanging_mass() -> None:
+    """The plane of the sag leans by the wind over the weight; a mass bends it where it hangs."""
+    rod = cable(100.0, 0.01, stretch=False)
+    w = 7850 * 9.81 * np.pi * 0.01**2
+    pins = (dx.Pinned(), dx.Pinned((90, 0, 0)))
+    leaning = dx.solve(dx.Equilibrium(rod, *pins, [WEIGHT, dx.LineForce((0, 10.0, 0))])).r(50.0)
+    assert leaning[1] / -leaning[2] == pytest.approx(10.0 / w, rel=1e-6)
+    mass = dx.solve(dx.Equilibrium(rod, *pins, [WEIGHT, dx.PointForce((0, 0, -2000), 30.0)]))
+    jump = mass.n(30.0 + 1e-6) - mass.n(30.0 - 1e-6)
+    np.testing.assert_allclose(jump, (0, 0, 2000), atol=0.01)
+
+
+def test_a_thread_of_rubber() -> None:
+    rod = cable(1.0, 5e-4, stretch=True, material=RUBBER)
+    found = dx.solve(dx.Equilibrium(rod, dx.Pinned(), dx.Pinned((0.7, 0, 0)), [WEIGHT]))
+    assert found.stable
+    assert -found.r(0.5)[2] == pytest.approx(elastic_catenary(rod, 0.7), rel=1e-3)
+
+
+def test_the_chain_is_the_catenary() -> None:
+    x = np.linspace(0.0, 1.0, 513)
+    f = np.tile((0.0, 0.0, -5e3), (513, 1))
+    r = hanging_chain._chain(x, f, np.array([0.6, 0.0, 0.2]), 1e-3)
+    assert r is not None
+    np.testing.assert_allclose(r[-1], (0.6, 0.0, 0.2), atol=1e-9)
+    t = np.diff(r, axis=0) / np.diff(x)[:, None]
+    slope = t[:, 2] / t[:, 0]  # of a catenary it grows evenly with s
+    np.testing.assert_allclose(np.diff(slope), np.mean(np.diff(slope)), rtol=1e-3)
+
+
+def test_what_is_no_cable_begins_as_it_did() -> None:
+    light = dx.Rod(0.3, dx.Circle(2e-3), dx.Material(E=1e7, nu=0.5, density=1000))
+    steel = cable(30.0, 2e-3, stretch=True)
+    pins = (dx.Pinned(), dx.Pinned((0.2, 0, 0)))
+    for problem in (
+        dx.Equilibrium(light, *pins, [WEIGHT]),
+        dx.Equilibrium(steel, dx.Pinned(), dx.Pinned((30.1, 0, 0)), [WEIGHT]),  # taut: there is no sag
+        dx.Equilibrium(steel, dx.Clamped(tangent=(1, 0, 0)), loads=[WEIGHT]),
+        dx.Equilibrium(steel, dx.Pinned(), dx.Pinned((25, 0, 0)), [WEIGHT, dx.Foundation(1.0)]),
+    ):
+        assert hanging_chain.hung(problem) is None
