@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 PLACES = 257  # at which a pendulum's loads are summed
 STARTS, ALIGNMENTS = 8, 50  # of a universal joint's two turns, one after the other
+ALIGNED = 1e-9  # relative to the largest distance: a joint beside the common axis by less lies on it
 NOTHING = 1e-12  # of the loads' largest moment: below this their sum is rounding
 
 
@@ -56,7 +57,7 @@ def origin(problem: Equilibrium) -> str:
     """Return in words where the load path of a problem begins."""
     if isinstance(problem, Ring):
         return "the round ring"
-    return "the unloaded rod" if _hung(problem) is None else "the unloaded rod, hung from its joint"
+    return "the unloaded rod" if _hung(problem) is None else "the unloaded rod, hung from its joints"
 
 
 def at_rest(problem: Equilibrium) -> tuple[Support, float, Array]:
@@ -73,12 +74,13 @@ def _hung(problem: Equilibrium) -> Array | None:
 
 
 def hanging(problem: Equilibrium, arms: Array, forces: Array) -> Array | None:
-    """Return the rotation Q (3, 3) by which a rod on a single joint hangs lowest as a rigid body; None for all others.
+    """Return the rotation Q (3, 3) by which a rod on joints hangs lowest as a rigid body; None where it does, or can't turn.
 
         sum of f.(Q a) -> max
 
-    ``arms`` a (n, 3) lead from the joint to the dead ``forces`` f (n, 3). Of several such rotations it is the smallest. A rod is
-    no pendulum where another support, a spring against turning, or a force that grows with r holds it too.
+    ``arms`` a (n, 3) lead from the joint to the dead ``forces`` f (n, 3). Of several such rotations it is the smallest. The rod
+    turns about its only joint, or about the line on which all its ball joints and rollers lie; it is no pendulum where a
+    spring against turning or a force that grows with r holds it too.
     """
     axes = _free_axes(problem)
     if axes is None:
@@ -87,7 +89,8 @@ def hanging(problem: Equilibrium, arms: Array, forces: Array) -> Array | None:
     N = np.sum(moments, axis=0)
     if np.max(np.abs(N)) <= NOTHING * np.sum(np.abs(moments)):
         return None
-    return _best(N, axes)
+    Q = _best(N, axes)
+    return None if np.trace(Q @ N) - np.trace(N) <= NOTHING * np.sum(np.abs(moments)) else Q
 
 
 def _weights(problem: Equilibrium) -> tuple[Array, Array]:
@@ -103,16 +106,37 @@ def _weights(problem: Equilibrium) -> tuple[Array, Array]:
 
 
 def _free_axes(problem: Equilibrium) -> Array | None:
-    """Return the axes (k, 3) about which the rod turns freely on its only support, or None: it is no pendulum."""
-    if len(problem.supports) != 1 or isinstance(problem, Ring) or problem.of_shape:
+    """Return the axes (k, 3) about which the supports let the rod turn as a whole, or None: it is no pendulum."""
+    if isinstance(problem, Ring) or problem.of_shape or any(at.rotational is not None for _, at in problem.supports):
         return None
-    support = problem.supports[0][1]
+    axes = _axes_of_joint(problem.supports[0][1]) if len(problem.supports) == 1 else _common_axis(problem)
+    if axes is None or np.any(problem.distributed(np.linspace(0.0, problem.rod.length, PLACES)).C):
+        return None
+    return axes
+
+
+def _axes_of_joint(support: Support) -> Array | None:
+    """Return the axes (k, 3) about which the only support lets the rod turn, or None."""
     placing = all(support.held_displacement) or support.linear is not None
-    if not placing or support.rotational is not None or all(support.held_rotation):
-        return None
-    if np.any(problem.distributed(np.linspace(0.0, problem.rod.length, PLACES)).C):
+    if not placing or all(support.held_rotation):
         return None
     return support.rotation_axes[:, ~np.array(support.held_rotation)].T
+
+
+def _common_axis(problem: Equilibrium) -> Array | None:
+    """Return the axis (1, 3) on which all ball joints lie and along which all rollers run, or None."""
+    supports = [support for _, support in problem.supports]
+    pins = [np.array(support.position) for support in supports if all(support.held_displacement)]
+    rollers = [support for support in supports if sum(support.held_displacement) == 2 and support.sliding == "fixed"]
+    turning = any(any(support.held_rotation) for support in supports)
+    if not pins or len(pins) + len(rollers) < len(supports) or turning:
+        return None
+    along = [place - pins[0] for place in (*pins, *(np.array(roller.position) for roller in rollers))]
+    along += [roller.displacement_axes[:, 0] for roller in rollers]
+    axis = max(along, key=lambda direction: float(np.linalg.norm(direction)))
+    size = float(np.linalg.norm(axis))
+    aside = max(float(np.linalg.norm(np.cross(direction, axis))) for direction in along)
+    return None if size == 0.0 or aside > ALIGNED * size**2 else axis[None] / size
 
 
 def _best(N: Array, axes: Array) -> Array:
