@@ -192,7 +192,7 @@ REFUSED = {
     "load_factor must be 1": dx.Motion(SPUN, 1.0, load_factor=[np.cos, None]),
     "add their omega": dx.Motion(SPUN.with_load(dx.Rotation((1, 0, 0))), 1.0),
     "sliding='fixed'": dx.Motion(dx.Equilibrium(ROD, end=dx.Roller(UP, UP, sliding="section")), 1.0),
-    "as a frame: Clamped(frame=...)": dx.Motion(dx.Equilibrium(ROD, end=dx.Clamped(UP, twist=7.0)), 1.0),
+    "initial='equilibrium'": dx.Motion(dx.Equilibrium(ROD, end=dx.Clamped(UP, twist=7.0)), 1.0),
     "between the ends motion states": dx.Motion(dx.Equilibrium(ROD, between={0.5: dx.Clamped((0, 0, 0.5))}), 1.0),
     "rods with two ends": dx.Motion(dx.Ring(ROD), 1.0),
     "couples bending or twist": dx.Motion(dx.Equilibrium(dx.Rod(1.0, dx.StiffnessMatrix(COUPLED, mass=1.0), stretch=True)), 1.0),
@@ -220,3 +220,21 @@ def test_what_can_not_be_stated_is_refused_in_a_sentence(words: str) -> None:
 def test_what_has_no_natural_vibrations_says_so(problem: dx.Equilibrium, words: str) -> None:
     with pytest.raises(dx.InvalidInput, match=words):
         dx.natural_modes(problem, segments=10)
+
+
+def test_a_twisted_rod_is_let_go() -> None:
+    """Held at more than a whole turn it is at rest; let go, it has untwisted itself when a wave has run along it, at L / c."""
+    J, twist = 0.01, 7.0
+    rod = dataclasses.replace(ROD, natural=None)
+    held = dx.Equilibrium(rod, end=dx.Clamped(UP, twist=twist))
+    still = dx.simulate(dx.Motion(held, 0.1, "equilibrium", rotary_inertia=J), dx.ImplicitMidpoint(40, step=1e-2))
+    assert np.max(np.abs(still.velocities)) < 1e-8
+    assert still.energy.elastic[-1] == pytest.approx(0.5 * 0.8 * twist**2, rel=1e-9)
+    wave = np.sqrt(J / 0.8)
+    motion = dx.Motion(held, wave, "equilibrium", release={"end": 0.0}, rotary_inertia=J)
+    let_go = dx.simulate(motion, dx.ImplicitMidpoint(200, step=wave / 400), records=4)
+    elastic = let_go.energy.elastic / (0.5 * 0.8 * twist**2)
+    np.testing.assert_allclose(
+        elastic, [1.0, 0.75, 0.5, 0.25, 0.0], atol=0.03
+    )  # the part that the wave has not reached
+    assert let_go.energy.drift < 1e-6

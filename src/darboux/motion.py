@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, profile
+from darboux import checks, frames, profile
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
@@ -305,7 +305,8 @@ class Motion:
         """Return the orientation of the support ``at`` at the time t: (3, 3)."""
         moving = getattr(self, at)
         if moving is None or moving.frame is None:
-            return np.asarray(getattr(self.problem, at).R)
+            support = getattr(self.problem, at)
+            return np.asarray(support.R @ frames.rotation(np.array([0.0, 0.0, support.twist])))
         return np.asarray(_at_time(f"motion.{at}.frame", moving.frame, t, checks.rotation))
 
     @property

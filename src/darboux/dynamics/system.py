@@ -35,6 +35,7 @@ EXACT = 1e-9  # relative: an inextensible segment's length
 GAP = 1e-6  # of the length, by which a shape may miss a support
 SETTLED = 1e-11  # rad, to which that equilibrium is found
 FOREVER = 1e5  # a stage this long is an equilibrium
+RELAXING = tuple(10.0 ** np.arange(-5, 3))  # stages by which it is approached where it is far
 ENDS = ("start", "end")
 
 
@@ -199,20 +200,27 @@ class System:
         L, middle = self.units.length, 0.5 * (self.nodes[:-1] + self.nodes[1:])
         r = (solution.r(self.nodes * L) - self.units.origin) / L
         state = self._state(self._of_directions(r, solution.v(middle * L)[:, 2]), solution.R(middle * L)[:, :, 0], None)
-        motion = Motion(solution.problem, 1.0, rotary_inertia=self.motion.rotary_inertia)
+        motion = Motion(solution.problem, 1.0, solution, rotary_inertia=self.motion.rotary_inertia)
         if self.inextensible or refuses(motion):
             return state
         other = System(motion, self.segments)
-        now, V = new_state(self.segments), np.zeros(4 * self.segments + 3)
         row = other.drive([0.0], 0.0)[0]
         row[rod_motion.VELOCITY : rod_motion.VELOCITY + 6] = 0.0
         other.space.base[:] = 0.0
-        done = rod_motion.stage(state, V.copy(), FOREVER, V, other.body, row, False, SETTLED, other.space, now)
-        if done < 0:
-            return state
+        found = other._at_rest(state, row, FOREVER)
+        if found is None:  # a stiff rod between two supports: its edges first come to their lengths
+            found = state
+            for tau in (*RELAXING, FOREVER):
+                found = other._at_rest(found, row, tau) or found
+        discrete_rod.strains(found, other.body.rod.first, other.body.rod.stop, np.empty(self.kappa0.size))
+        return found
+
+    def _at_rest(self, state: State, row: Array, tau: float) -> State | None:
+        """Return where a stage of length tau ends that starts from rest; None where it does not converge."""
+        now, V = new_state(self.segments), np.zeros(4 * self.segments + 3)
+        done = rod_motion.stage(state, V.copy(), tau, V, self.body, row, False, SETTLED, self.space, now)
         now.m[:] = state.m
-        discrete_rod.strains(now, other.body.rod.first, other.body.rod.stop, np.empty(self.kappa0.size))
-        return now
+        return now if done >= 0 else None
 
     def _laid(self, shape: Callable[[Array], Any]) -> State:
         """Return the shape r(s) that was given, with the frames that do not twist along it, from the support's on."""
@@ -381,8 +389,13 @@ def refuses(motion: Motion) -> str | None:
         return "the rod is closed to a Ring; motion states rods with two ends."
     for at in ENDS:
         support = getattr(problem, at)
-        if support.twist != 0.0:
-            return f"problem.{at} has a twist; motion states it as a frame: {type(support).__name__}(frame=...)."
+        if support.twist != 0.0 and not (
+            motion.initial == "equilibrium" or isinstance(motion.initial, EquilibriumSolution)
+        ):
+            return (
+                f"problem.{at} has a twist, which the rod at the start of the motion has not; begin with an equilibrium, "
+                "initial='equilibrium', or give the end's frame instead of a twist."
+            )
         if support.sliding == "section" and any(support.held_displacement):
             return f"problem.{at} is a groove that turns with the section; motion states sliding='fixed'."
     for s, support in problem.between:
@@ -426,7 +439,7 @@ def beyond(problem: Equilibrium) -> str | None:
         return (
             "a load turns with the section, by which vibrations are no natural modes: simulate a small motion instead."
         )
-    return refuses(Motion(problem, 1.0, rotary_inertia=1.0))
+    return refuses(Motion(problem, 1.0, "equilibrium", rotary_inertia=1.0))
 
 
 def _groups(motion: Motion) -> list[tuple[Any, int, list[Load]]]:

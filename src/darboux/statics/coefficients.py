@@ -43,6 +43,7 @@ NARROWEST = 2.0**-44  # a jump is enclosed by pieces down to this width, relativ
 MOST_PIECES = 4000
 SAMPLES = 2048  # anything wider than L over this is seen
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # the order in which symmetric matrices are stored
+HEAVY = 1e3  # of EI / L^3: weight per length from which on a rod between two supports is a cable
 LOADS = slice(DEAD_FORCE, WIDTH)  # the columns that grow with the load factor
 
 
@@ -113,6 +114,15 @@ class Table:
             D = c[:, COUPLING + np.array([2, 5, 8])]  # 13, 23, 33
             stretch += np.einsum("ni,nji,nj->n", D, R, y[:, MOMENT : MOMENT + 3])
         return float(np.min(stretch))
+
+    def lent(self, slack: float, stretches: bool) -> float:
+        """Return the compliance of stretch that a rod held at both ends is lent on the way: ``slack``, or none.
+
+        None has a rod that is softer by itself, or so heavy that it hangs rather than buckles.
+        """
+        first = self.coefficients[:, 0]
+        heavy = float(np.max(np.abs(first[:, DEAD_FORCE : DEAD_FORCE + 3]))) > HEAVY
+        return 0.0 if stretches and (heavy or float(np.max(np.abs(first[:, SINV : SINV + 3]))) >= slack) else slack
 
     def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
         """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""

@@ -174,7 +174,7 @@ class Collocation:
         if path.load_factor < 1.0:
             if equations.flattest(mesh) < FLATTEST:
                 code, message = "no_convergence", load_path.flattened(path)
-            elif equations.slack and path.load_factor > ALMOST and code != "folded":
+            elif equations.slack and not problem.rod.stretch and path.load_factor > ALMOST and code != "folded":
                 code, message = "no_convergence", limits.TAUT
             return _Found(equations, Status(code, message), mesh, ErrorEstimate(), path)
         answer = refined(equations, mesh, self.rtol, self.elements)

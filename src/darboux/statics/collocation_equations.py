@@ -44,7 +44,8 @@ LARGEST_NATURAL_TURN = 1.5  # rad of an unloaded rod's frame over an element of 
 PATH_TOLERANCE = 1e-6  # of what Newton's method leaves over on the way: the branch must be kept, not measured
 PATH_ROUGHNESS = 2e-3  # of the polynomials on the way; where they leave out more the mesh is laid anew
 MOST_ELEMENTS = 20_000
-SLACK = 1e-3  # compliance of stretch lent to an inextensible rod held at both ends while it is on the way
+SLACK = 1e-3  # compliance of stretch lent on the way to a rod held at both ends that has less: a stiff one meets all its buckling
+# loads at once
 DISTURBANCE = 0.1  # of EI / L^2, spread along the unstable mode
 MOST_DISTURBANCES = 3
 SMALLEST_MODE = 1e-8  # of displacements, over 1 for all of them together
@@ -103,7 +104,7 @@ class Equations:
             for s, (support, load) in problem.stations.items()
         ]
         held_twice, sags = len(problem.supports) > 1, shape is not None and shape.sags
-        self.slack = SLACK if held_twice and not problem.rod.stretch and not sags else 0.0
+        self.slack = self.table.lent(SLACK, problem.rod.stretch) if held_twice and not sags else 0.0
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
         self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
         self.has_potential = stability.has_potential(problem)

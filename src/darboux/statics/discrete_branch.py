@@ -163,7 +163,7 @@ class ChainBranch:
         """
         chain = self.chain
         first = chain.moved(shape, chain.packed(shape, self._lowest(shape)), 1.0)
-        if not chain.lent:
+        if not chain.lent or chain.own_EA is not None:
             return self._fall(first)
         chain.inextensible, chain.EA[1:-1] = False, SLACK
         fallen: Shape | None = first._replace(T=np.zeros_like(shape.T))

@@ -42,8 +42,9 @@ Array = NDArray[np.float64]
 # EA L^2 / EI of an inextensible rod's edges, a penalty that multipliers make exact: well above bending and above the loads.
 PENALTY, PENALTY_OF_LOADS = 1e6, 100.0
 PENALTY_OF_CABLE = 1e4  # the same where tension is all: a path's tangent stretches by it over the penalty, and sags
-SLACK = 1e3  # and, on the way, of a rod held at both ends, which as a straight one could not leave its place
-SHIFT = 1e-7  # of EI / L^3 and EI / L, per length: what is lent to motions that nothing resists, as a round rod's spin
+SLACK = 1e3  # and, on the way, of a rod held at both ends: as a straight one it could not leave its place, or would meet all its
+# buckling loads at once
+SHIFT = 1e-5  # of EI / L^3 and EI / L, per length: what is lent to motions that nothing resists, as a round rod's spin
 SHIFT_OF_RING = 1e-4  # the same, above the rounding of the penalty, which a ring that turns feels
 GHOST = 0.5  # length of a ghost edge, over its neighbour's
 
@@ -100,7 +101,7 @@ class Chain:
         self.fixed = self._fixed()
         oriented = any(all(support.held_rotation) or support.rotational is not None for _, support in problem.supports)
         self.shift = SHIFT_OF_RING if self.closed else 0.0 if oriented else SHIFT
-        self.shift *= 1.0 if self.cable is None else self.penalty / PENALTY  # above rounding there too
+        self.shift *= max(1.0, float(np.max(self.EA)) / PENALTY)  # above the rounding of stiffer edges too
 
     # -- from the rod to the chain -------------------------------------------------------------------------------
 
@@ -121,7 +122,9 @@ class Chain:
         self.stiffness = _ghosted(_six(B)).ravel()
         self.natural = _ghosted(at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
         self.kappa0 = self.first = self.natural  # at the load factor of now, at 0
-        self.lent = not self.problem.rod.stretch and len(self.problem.supports) > 1 and self.cable is None
+        heavy = float(np.max(np.abs(at_vertices[:, DEAD_FORCE : DEAD_FORCE + 3]))) > coefficients.HEAVY
+        held_twice = len(self.problem.supports) > 1 and self.cable is None
+        self.lent = held_twice and not (self.problem.rod.stretch and heavy)
         self.inextensible = not self.problem.rod.stretch and not self.lent
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
         self.f = _ghosted(at_vertices[:, force : force + 3] * self.V[:, None])
@@ -153,6 +156,7 @@ class Chain:
         if self.problem.rod.stretch:
             self.EA[1:-1] = 1.0 / on_edges[1:-1, SINV + 2]
         self.EA[[0, -1]] = 1.0  # a ghost's length is held
+        self.own_EA = self.EA[1:-1].copy() if self.problem.rod.stretch else None
 
     def vertex(self, s: float) -> int:
         """Return the number of the vertex at s in m, ghosts counted."""
@@ -443,13 +447,15 @@ class Chain:
         return energy
 
     def lend(self, load_factor: float) -> None:
-        """Let an inextensible rod that is held twice stretch on the way, less and less."""
-        if self.lent:
+        """Let a rod that is held twice stretch on the way, less and less."""
+        if self.own_EA is not None and self.lent:
+            self.EA[1:-1] = 1.0 / (1.0 / self.own_EA + (1.0 - load_factor) / SLACK)
+        elif self.lent:
             self.EA[1:-1] = min(SLACK / max(1.0 - load_factor, 1e-12), self.penalty)
 
     def taken_back(self, shape: Shape) -> Shape:
         """Take back at the end what was lent: what pulled at a stretched edge becomes its multiplier T."""
-        if not self.lent:
+        if not self.lent or self.own_EA is not None:
             return shape
         self.inextensible = True
         return self.moved(shape, np.zeros(self.unknowns), 0.0)

@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 
 from darboux.problem import Equilibrium, Ring
 from darboux.statics import first_shape
-from darboux.statics.coefficients import Scale
+from darboux.statics.coefficients import HEAVY, Scale
 from darboux.statics.first_shape import FirstShape
 
 Array = NDArray[np.float64]
 
 ORIGIN = "the chain that hangs between its supports"
-HEAVY = 1e3  # w L^3 / EI from which on a rod between two supports is a cable
 TAUT = 1.0 - 1e-6  # of the length: at a longer chord the chain is a straight line
 PLACES = 513
 MOST_ITERATIONS = 200

@@ -36,7 +36,7 @@ MOST_PIECES = 800
 LARGEST_GROWTH = 20.0  # of an error over one piece; a piece that exceeds it is halved
 PATH_RTOL = 1e-6  # on the way the branch must be kept, not measured
 FINER = 30.0  # how much more sharply the answer is solved once more, for its error
-SLACK = 1e-3  # compliance of stretch lent to an inextensible rod held at both ends while it is on the way
+SLACK = 1e-3  # compliance of stretch lent on the way to a rod held at both ends that has less, as in Collocation
 LARGEST_LOAD = 3e8  # dimensionless
 FLATTEST = 0.05  # stretch below which a rod counts as compressed to nothing
 ROUNDING_STRAIN = 1e-14
@@ -109,7 +109,7 @@ class Shooting:
                     f"{MOST_PIECES} pieces; use DiscreteRod(400, grading=100), or Elastica() in the plane."
                 ),
             )
-        if pieces.slack and 0.99 < path.load_factor < 1.0:
+        if pieces.slack and not problem.rod.stretch and 0.99 < path.load_factor < 1.0:
             code, message = (
                 "no_convergence",
                 (
@@ -185,7 +185,7 @@ class _Pieces:
         self.table = coefficients.table(problem, self.scale)
         self.first = np.linspace(0.0, 1.0, pieces + 1)
         both = problem.start.holds and problem.end.holds
-        self.slack = SLACK if both and not problem.rod.stretch else 0.0
+        self.slack = self.table.lent(SLACK, problem.rod.stretch) if both else 0.0
         self.has_potential = stability.has_potential(problem)
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
         self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
