@@ -93,6 +93,24 @@ def test_a_cable_under_wind_and_a_hanging_mass() -> None:
     np.testing.assert_allclose(jump, (0, 0, 2000), atol=0.01)
 
 
+@pytest.mark.parametrize("stretch", [False, True])
+def test_a_power_line_over_three_poles(*, stretch: bool) -> None:
+    """Each span hangs as it would alone; the pole between them carries half of either, and what bending over it adds."""
+    rod = cable(120.0, 0.01, stretch=stretch)
+    poles = {50.0: dx.Pinned((46, 0, 0))}
+    problem = dx.Equilibrium(rod, dx.Pinned(), dx.Pinned((110, 0, 0)), [WEIGHT], between=poles)
+    exact, found = dx.solve(problem), dx.solve(problem, dx.DiscreteRod(480))
+    assert exact.stable
+    assert found.stable
+    np.testing.assert_allclose(found.r(25.0), exact.r(25.0), atol=0.02)
+    spans = [cable(length, 0.01, stretch=stretch) for length in (50.0, 70.0)]
+    for s, span, chord in ((25.0, spans[0], 46.0), (85.0, spans[1], 64.0)):
+        assert -exact.r(s)[2] == pytest.approx(elastic_catenary(span, chord), rel=5e-3)
+    w = 7850 * 9.81 * np.pi * 0.01**2
+    M = float(np.linalg.norm(exact.m(50.0)))
+    assert exact.reactions.between[50.0].force[2] == pytest.approx(60.0 * w + M / 46.0 + M / 64.0, rel=2e-3)
+
+
 def test_a_thread_of_rubber() -> None:
     rod = cable(1.0, 5e-4, stretch=True, material=RUBBER)
     found = dx.solve(dx.Equilibrium(rod, dx.Pinned(), dx.Pinned((0.7, 0, 0)), [WEIGHT]))
@@ -103,10 +121,9 @@ def test_a_thread_of_rubber() -> None:
 def test_the_chain_is_the_catenary() -> None:
     x = np.linspace(0.0, 1.0, 513)
     f = np.tile((0.0, 0.0, -5e3), (513, 1))
-    r = hanging_chain._chain(x, f, np.array([0.6, 0.0, 0.2]), 1e-3)
-    assert r is not None
-    np.testing.assert_allclose(r[-1], (0.6, 0.0, 0.2), atol=1e-9)
-    t = np.diff(r, axis=0) / np.diff(x)[:, None]
+    t = hanging_chain._tangents(x, f, np.array([0.6, 0.0, 0.2]), 1e-3)
+    assert t is not None
+    np.testing.assert_allclose(0.5 * np.sum(t[1:] + t[:-1], axis=0) / 512, (0.6, 0.0, 0.2), atol=1e-9)
     slope = t[:, 2] / t[:, 0]  # of a catenary it grows evenly with s
     np.testing.assert_allclose(np.diff(slope), np.mean(np.diff(slope)), rtol=1e-3)
 

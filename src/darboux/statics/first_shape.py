@@ -118,6 +118,11 @@ def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
 
     tangents = np.asarray(CubicSpline(along / along[-1], points)(x, 1))
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    return untwisted(problem, x, tangents, (points[0] - scale.origin) / scale.length)
+
+
+def untwisted(problem: Equilibrium, x: Array, tangents: Array, r: Array) -> FirstShape:
+    """Return the shape from r on with unit tangents (n, 3) at x (n,), with the least twist that the ends' frames ask for."""
     R0 = problem.start.R if any(problem.start.held_rotation) else np.eye(3)
     q = _carried(frames.quaternion_of_matrix(R0), tangents)
     if any(problem.end.held_rotation):  # the least twist that meets the frame at the end
@@ -126,7 +131,7 @@ def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
         angle = (angle + np.pi) % (2.0 * np.pi) - np.pi + problem.end.twist
         spin = np.stack([np.cos(0.5 * angle * x), 0.0 * x, 0.0 * x, np.sin(0.5 * angle * x)], axis=1)
         q = frames.product(q, spin)
-    return _of_frames(x, (points[0] - scale.origin) / scale.length, q)
+    return _of_frames(x, r, q)
 
 
 def _of_frames(x: Array, r: Array, q: Array) -> FirstShape:

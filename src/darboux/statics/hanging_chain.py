@@ -5,8 +5,8 @@ from the straight one. As a chain it has one equilibrium, which makes the convex
 
     phi(n0) = integral of sqrt(|n|^2 + e^2) dx - n0.c,      n(x) = n0 - integral of f from 0 to x,
 
-smallest, with n0 the force at the start, c the chord over the length and r' = n / sqrt(|n|^2 + e^2). The force e = (f^2 EI)^(1/3)
-lets the chain bend where it hangs in a narrow loop, as the rod does, over a length of (EI / f)^(1/3).
+smallest in each span, with n0 the force at its start, c its chord over the rod's length and r' = n / sqrt(|n|^2 + e^2). The
+force e = (f^2 EI)^(1/3) lets the chain bend where it hangs in a narrow loop, as the rod does, over a length of (EI / f)^(1/3).
 """
 
 from __future__ import annotations
@@ -25,60 +25,67 @@ Array = NDArray[np.float64]
 
 ORIGIN = "the chain that hangs between its supports"
 TAUT = 1.0 - 1e-6  # of the length: at a longer chord the chain is a straight line
-PLACES = 513
+PLACES = 129  # of a span
 MOST_ITERATIONS = 200
 SHORTEST_LINE = 2.0**-30
 
 
 def hung(problem: Equilibrium) -> FirstShape | None:
-    """Return the shape of the chain that hangs between the rod's ends under its dead loads; None where it is no cable."""
+    """Return the shape of the chain that hangs between the rod's supports under its dead loads; None where it is no cable."""
     scale = Scale.of(problem)
-    x = np.linspace(0.0, 1.0, PLACES)
-    start, end = problem.start, problem.end
-    held = all(start.held_displacement) and all(end.held_displacement)
-    if not held or problem.between or problem.of_shape or isinstance(problem, Ring):
+    supports = sorted(problem.supports, key=lambda pair: pair[0])
+    places = np.array([s / scale.length for s, _ in supports])
+    held = all(all(support.held_displacement) for _, support in supports)
+    if not held or places[0] > 0.0 or places[-1] < 1.0 or problem.of_shape or isinstance(problem, Ring):
         return None
-    loads = problem.distributed(x * scale.length)
-    f = loads.a * (scale.length / scale.force)
-    heavy = float(np.mean(np.linalg.norm(f, axis=1)))
-    chord = (np.array(end.position) - np.array(start.position)) / scale.length
-    if heavy < HEAVY or np.any(loads.C) or np.linalg.norm(chord) > TAUT:
+    chords = np.diff([np.array(support.position) / scale.length for _, support in supports], axis=0)
+    if np.any(np.linalg.norm(chords, axis=1) > TAUT * np.diff(places)):
         return None
-    r = _chain(x, f, chord, heavy ** (2.0 / 3.0))
-    if r is None:
+    x = np.linspace(places[:-1], places[1:], PLACES, axis=1)  # (spans, PLACES)
+    loads = problem.distributed(x.ravel() * scale.length)
+    f = loads.a.reshape(*x.shape, 3) * (scale.length / scale.force)
+    heavy = float(np.mean(np.linalg.norm(f, axis=2)))
+    if heavy < HEAVY or np.any(loads.C):
         return None
-    shape = first_shape.given(problem, scale, np.array(start.position) + scale.length * r)
-    layers = 2.0 ** np.arange(np.floor(np.log2(heavy**-0.5)), -2.0)  # where the ends' directions die away
-    return replace(shape, layers=(*layers, *(1.0 - layers[::-1])))
+    spans = [_tangents(*span, heavy ** (2.0 / 3.0)) for span in zip(x, f, chords, strict=True)]
+    tangents = [span[min(i, 1) :] for i, span in enumerate(spans) if span is not None]  # one where two spans meet
+    if len(tangents) < len(spans):
+        return None
+    along = np.concatenate([span[min(i, 1) :] for i, span in enumerate(x)])
+    first = (np.array(problem.start.position) - scale.origin) / scale.length
+    shape = first_shape.untwisted(problem, along, np.concatenate(tangents), first)
+    layer = 2.0 ** np.arange(np.floor(np.log2(heavy**-0.5)), -2.0)  # where the supports' directions die away
+    layers = np.concatenate([place + sign * layer for place in places for sign in (1.0, -1.0)])
+    return replace(shape, layers=tuple(np.unique(layers[(layers > 0.0) & (layers < 1.0)])))
 
 
-def _chain(x: Array, f: Array, chord: Array, e: float) -> Array | None:
-    """Return the places (n, 3) at x (n,) of the chain under f (n, 3), by Newton's method on the convex phi; all over the length."""
+def _tangents(x: Array, f: Array, chord: Array, e: float) -> Array | None:
+    """Return the unit tangents (n, 3) at x (n,) of a span under f (n, 3), by Newton's method on the convex phi."""
     h = x[1] - x[0]
     weights = np.full(len(x), h)
     weights[[0, -1]] *= 0.5
     applied = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * h * (f[1:] + f[:-1]), axis=0)])
 
-    def tangents(n0: Array) -> tuple[Array, Array]:
+    def at(n0: Array) -> tuple[Array, Array]:
         n = n0 - applied
         size = np.sqrt(np.sum(n**2, axis=1) + e**2)
         return n / size[:, None], size
 
-    n0 = 0.5 * applied[-1] + chord * np.linalg.norm(applied[-1])
-    t, size = tangents(n0)
+    n0 = 0.5 * applied[-1] + chord / (x[-1] - x[0]) * np.linalg.norm(applied[-1])
+    t, size = at(n0)
     value = weights @ size - n0 @ chord
     for _ in range(MOST_ITERATIONS):
         slope = weights @ t - chord
         if np.max(np.abs(slope)) < 1e-10:
-            return np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * h * (t[1:] + t[:-1]), axis=0)])
+            return np.asarray(t / np.linalg.norm(t, axis=1)[:, None])
         share = weights / size
         step = np.linalg.solve(np.sum(share) * np.eye(3) - np.einsum("n,ni,nj->ij", share, t, t), -slope)
-        scale = 1.0
-        while scale > SHORTEST_LINE:
-            t, size = tangents(n0 + scale * step)
-            trial = weights @ size - (n0 + scale * step) @ chord
-            if trial <= value + 1e-4 * scale * (slope @ step) + 1e-14 * abs(value):
+        part = 1.0
+        while part > SHORTEST_LINE:
+            t, size = at(n0 + part * step)
+            trial = weights @ size - (n0 + part * step) @ chord
+            if trial <= value + 1e-4 * part * (slope @ step) + 1e-14 * abs(value):
                 break
-            scale *= 0.5
-        n0, value = n0 + scale * step, trial
+            part *= 0.5
+        n0, value = n0 + part * step, trial
     return None
