@@ -108,7 +108,7 @@ def test_a_power_line_over_three_poles(*, stretch: bool) -> None:
         assert -exact.r(s)[2] == pytest.approx(elastic_catenary(span, chord), rel=5e-3)
     w = 7850 * 9.81 * np.pi * 0.01**2
     M = float(np.linalg.norm(exact.m(50.0)))
-    assert exact.reactions.between[50.0].force[2] == pytest.approx(60.0 * w + M / 46.0 + M / 64.0, rel=2e-3)
+    assert exact.reactions.between[50.0].force[2] == pytest.approx(60.0 * w + M / 46.0 + M / 64.0, rel=5e-3)
 
 
 def test_a_thread_of_rubber() -> None:
