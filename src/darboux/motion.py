@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from darboux import checks, profile
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
-from darboux.problem import Equilibrium
+from darboux.problem import Equilibrium, Ring
 from darboux.profile import Table
 from darboux.solution import EquilibriumSolution
 
@@ -171,6 +171,8 @@ class Motion:
         for i, part in enumerate(damping):
             checks.instance(f"motion.damping[{i}]", part, Damping, "a damping, such as MassDamping(2.0)")
         assign(self, damping=tuple(damping), release=self._releases(), load_factor=self._checked_factors())
+        if isinstance(self.problem, Ring):
+            self._check_ring(self.problem)
         if self.rotary_inertia is not None:
             assign(self, rotary_inertia=checks.positive("motion.rotary_inertia", self.rotary_inertia, "kg m"))
         self._check_initial()
@@ -203,6 +205,19 @@ class Motion:
             )
         one = (1.0 if factor is None else factor for factor in self.load_factor)
         return tuple(_checked_factor(f"motion.load_factor[{i}]", factor) for i, factor in enumerate(one))
+
+    def _check_ring(self, ring: Ring) -> None:
+        """Refuse what needs an end that is held."""
+        for name in ("start", "end", "release"):
+            if getattr(self, name):
+                raise InvalidInput(f"motion.{name} is given, but a Ring is free in motion from the first; leave it out.")
+        if isinstance(self.initial, EquilibriumSolution):
+            link = getattr(self.initial.problem, "link", None)
+            if link != ring.link:
+                what = "a rod with two ends" if link is None else f"a Ring with link={link:g}"
+                raise InvalidInput(
+                    f"motion.initial is the equilibrium of {what}; the motion's is a Ring with link={ring.link:g}, which it keeps."
+                )
 
     def _check_initial(self) -> None:
         rod = self.problem.rod
@@ -344,7 +359,9 @@ class Motion:
         return tuple(t for _, t in self.release if 0.0 < t < self.duration)
 
     def held(self, at: str, t: float) -> bool:
-        """Return whether the support ``at`` still holds the end just after the time t."""
+        """Return whether the support ``at`` still holds the end just after the time t; a ring's never does."""
+        if isinstance(self.problem, Ring):
+            return False
         released = any(end == at and time <= t for end, time in self.release)
         return getattr(self.problem, at).holds and not released
 

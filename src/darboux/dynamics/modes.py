@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import diags
+from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from darboux import checks
@@ -17,6 +17,7 @@ from darboux.errors import InvalidInput
 from darboux.kernels import band, rod_motion
 from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import State
+from darboux.kernels.ring import SHARED
 from darboux.motion import Motion
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution
@@ -155,6 +156,15 @@ def sparse(lower: Array, n: int) -> Any:
     return diags([*below, *below[1:]], [*(-k for k in range(LOWER)), *range(1, LOWER)], format="csr")
 
 
+def joined(system: System, lower: Array) -> Any:
+    """Return a band as a sparse matrix by the unknowns that nothing holds, a ring's by those that do not stand twice."""
+    n = system.body.mass.size
+    columns = np.flatnonzero(~system.body.fixed)
+    once = np.arange(n - SHARED if system.ring is not None else n)
+    J = csr_matrix((np.ones(n), (np.arange(n), np.arange(n) % len(once))))[:, columns[columns < len(once)]]
+    return (J.T @ sparse(lower, n) @ J).tocsr()
+
+
 def stiffness(system: System, state: State, factor: float, carried: Array | float = 0.0) -> Array:
     """Return the band of K at a state, with the loads at a factor and ``carried`` tension; the held unknowns are still in it."""
     row = system.drive([0.0], 0.0)[0]
@@ -168,8 +178,7 @@ def stiffness(system: System, state: State, factor: float, carried: Array | floa
 
 def largest_frequency(system: System, state: State) -> float:
     """Return the highest natural frequency of the discrete rod at a state, dimensionless, in rad per unit of time."""
-    n, free = system.body.mass.size, ~system.body.fixed
-    K, M = (sparse(matrix, n)[free][:, free] for matrix in (stiffness(system, state, 1.0), mass_band(system, state)))
+    K, M = (joined(system, band) for band in (stiffness(system, state, 1.0), mass_band(system, state)))
     root = diags([1.0 / np.sqrt(M.diagonal())], [0])
     start = np.random.default_rng(0).normal(size=K.shape[0])
     return float(np.sqrt(eigsh(root @ K @ root, k=1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]))
