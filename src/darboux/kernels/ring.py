@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from darboux.kernels import band
 from darboux.kernels.algebra import cross, mix, store, vector
-from darboux.kernels.band import BLOCK, LOWER, REACH
+from darboux.kernels.band import BELOW, FOUR, LOWER, ONE, REACH, THREE, TWO
 from darboux.kernels.jit import inline, jit
 
 Array = NDArray[np.float64]
@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 SHARED = 7  # unknowns of the edge that stands twice
 LANES = SHARED + 1  # columns of the border, the right-hand side the last
 CORNER = LANES * SHARED  # numbers of (A_bb, g_b)
+SEVEN, EIGHT = np.uint64(SHARED), np.uint64(LANES)
 
 
 @inline
@@ -58,18 +59,21 @@ def take_border(lower: Array, b: Array, border: Array, corner: Array) -> None:
     n = b.size
     last = n - SHARED
     border[:] = 0.0
+    for i in range(SHARED, last):
+        border[LANES * i + SHARED] = b[i]
     for q in range(SHARED):
         for p in range(SHARED):
             i, j = max(p, q), min(p, q)
             corner[LANES * p + q] = entry(lower, i, j) + entry(lower, last + i, last + j)
             corner[LANES * p + q] += entry(lower, last + p, q) + entry(lower, last + q, p)
         corner[LANES * q + SHARED] = b[q] + b[last + q]
-        for i in range(SHARED, last):
-            border[LANES * i + q] = entry(lower, i, q) + entry(lower, last + q, i)
-    for i in range(SHARED, last):
-        border[LANES * i + SHARED] = b[i]
-        for k in range(max(0, last - i), LOWER):
-            lower[LOWER * i + k] = 0.0
+        for i in range(SHARED, min(last, q + LOWER)):
+            border[LANES * i + q] += entry(lower, i, q)
+        for i in range(max(SHARED, last + q - REACH), last):
+            border[LANES * i + q] += entry(lower, last + q, i)
+    for j in range(max(0, last - REACH), last):
+        for k in range(last - j, LOWER):
+            lower[LOWER * j + k] = 0.0
     for j in range(SHARED):
         for column in (LOWER * j, LOWER * (last + j)):
             for k in range(LOWER):
@@ -78,19 +82,28 @@ def take_border(lower: Array, b: Array, border: Array, corner: Array) -> None:
 
 
 @jit
-def sweep_border(lower: Array, n: int, border: Array, corner: Array) -> None:
-    """Z = L^-1 (A_yb, g_y) in the border's place, and corner -= Z^T D^-1 Z."""
-    for j in range(SHARED, n - SHARED):
-        o, column = LANES * j, LOWER * j
-        for k in range(1, min(n - 1 - j, REACH - j % BLOCK) + 1):
-            l, row = lower[column + k], o + LANES * k
-            for q in range(LANES):
+def sweep_border(lower: Array, n: int, border: Array) -> None:
+    """Z = L^-1 (A_yb, g_y) in the border's place."""
+    for j in range(SEVEN, np.uint64(n) - SEVEN):
+        o, column = EIGHT * j, BELOW * j
+        for k in range(ONE, BELOW - j % FOUR):
+            l, row = lower[column + k], o + EIGHT * k
+            for q in range(EIGHT):
                 border[row + q] -= l * border[o + q]
-        r = 1.0 / lower[column]
-        for p in range(SHARED):
-            z = r * border[o + p]
-            for q in range(LANES):
-                corner[LANES * p + q] -= z * border[o + q]
+
+
+@jit
+def take_from_corner(lower: Array, n: int, border: Array, corner: Array) -> None:
+    """corner -= Z^T D^-1 Z, four rows at a time; the first three of the first four belong to none, and are zero."""
+    for j in range(FOUR, np.uint64(n) - SEVEN, FOUR):
+        o, d = EIGHT * j, BELOW * j
+        o1, o2, o3 = o + EIGHT, o + TWO * EIGHT, o + THREE * EIGHT
+        r, r1, r2, r3 = lower[d], lower[d + BELOW], lower[d + TWO * BELOW], lower[d + THREE * BELOW]
+        for p in range(SEVEN):
+            z, z1, z2, z3 = border[o + p] / r, border[o1 + p] / r1, border[o2 + p] / r2, border[o3 + p] / r3
+            row = EIGHT * p
+            for q in range(EIGHT):
+                corner[row + q] -= z * border[o + q] + z1 * border[o1 + q] + z2 * border[o2 + q] + z3 * border[o3 + q]
 
 
 @inline
@@ -117,7 +130,8 @@ def solve(lower: Array, b: Array, border: Array, corner: Array) -> bool:
     take_border(lower, b, border, corner)
     if band.factor(lower, n) < 0:
         return False
-    sweep_border(lower, n, border, corner)
+    sweep_border(lower, n, border)
+    take_from_corner(lower, n, border, corner)
     if not solve_corner(corner):
         return False
     for i in range(n):
