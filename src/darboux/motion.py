@@ -14,6 +14,7 @@ from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium, Ring
 from darboux.profile import Table
 from darboux.solution import EquilibriumSolution
+from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
@@ -357,6 +358,11 @@ class Motion:
     def events(self) -> tuple[float, ...]:
         """The times in s, within the duration, at which an end is released."""
         return tuple(t for _, t in self.release if 0.0 < t < self.duration)
+
+    @property
+    def supports(self) -> tuple[tuple[float, Support], ...]:
+        """All that holds the rod before an end is released: (s in m, support); of a ring that between its ends."""
+        return self.problem.between if isinstance(self.problem, Ring) else self.problem.supports
 
     def held(self, at: str, t: float) -> bool:
         """Return whether the support ``at`` still holds the end just after the time t; a ring's never does."""

@@ -38,7 +38,7 @@ EXACT = 1e-9  # relative: an inextensible segment's length
 GAP = 1e-6  # of the length, by which a shape may miss a support
 SETTLED = 1e-11  # rad, to which that equilibrium is found
 FOREVER = 1e5  # a stage this long is an equilibrium
-LONG = 100.0  # the same, of a ring, which nothing holds but its inertia
+SLOW = (1.0, 1.0, 1.0)  # stages that a ring takes to it, held by its inertia alone
 FEWEST = 3  # segments of a ring
 MOST_TURNS, CLOSED = 20, 1e-15  # iterations and gap over the length, to which a polygon is closed
 ENDS = ("start", "end")
@@ -178,9 +178,22 @@ class System:
             state = self._settled(initial)
         else:
             state = self._laid(initial)
+        if self.ring is not None:
+            self._hang(state)
         self._check_place(state)
         rod_motion.turn_ghosts(state, self.body, self.factors_at(0.0), self.space)
         return state, self._velocities(state)
+
+    def _hang(self, state: State) -> None:
+        """Shift a ring onto the first support that holds it, which its vertices miss by the square of a segment."""
+        x = state.x.reshape(-1, 3)
+        supports = holding.supports_at(self.motion.problem, (False, False), self.nodes)
+        for i, support in (pair for pair in supports if any(pair[1].held_displacement)):
+            axes = support.displacement_axes[:, list(support.held_displacement)]
+            shift = axes @ axes.T @ ((np.array(support.position) - self.units.origin) / self.units.length - x[i])
+            if np.linalg.norm(shift) < np.max(self.l) ** 2:
+                x += shift
+            return
 
     def _unloaded(self) -> State:
         """Return the natural shape, laid at the support that holds it."""
@@ -230,7 +243,7 @@ class System:
         return np.asarray(x + first + (last - first) * self.nodes[:, None])
 
     def _settled(self, solution: EquilibriumSolution) -> State:
-        """Return the discrete equilibrium beside a solution: a stage that lasts for ever."""
+        """Return the discrete equilibrium beside a solution: a stage that lasts for ever; of a ring some long ones."""
         L, middle = self.units.length, 0.5 * (self.nodes[:-1] + self.nodes[1:])
         r = (solution.r(self.nodes * L) - self.units.origin) / L
         twists = None if self.ring is None else solution.k(np.append(self.nodes, 0.0) * L)[:, 2] * L * self.V
@@ -242,17 +255,18 @@ class System:
         if self.inextensible or held or refuses(motion):
             return state
         other = System(motion, self.segments)
-        now, V = new_state(self.edges), np.zeros(self.body.mass.size)
-        lasting = FOREVER if self.ring is None else LONG
         row = other.drive([0.0], 0.0)[0]
         row[rod_motion.VELOCITY : rod_motion.VELOCITY + 6] = 0.0
         other.space.base[:] = 0.0
-        done = rod_motion.stage(state, V.copy(), lasting, V, other.body, row, False, SETTLED, other.space, now)
-        if done < 0:
-            return state
-        now.m[:] = state.m
-        discrete_rod.strains(now, other.body.rod.first, other.body.rod.stop, np.empty(self.kappa0.size))
-        return now
+        for lasting in (FOREVER,) if self.ring is None else SLOW:
+            now, V = new_state(self.edges), np.zeros(self.body.mass.size)
+            done = rod_motion.stage(state, V.copy(), lasting, V, other.body, row, False, SETTLED, other.space, now)
+            if done < 0:
+                return state
+            now.m[:] = state.m
+            discrete_rod.strains(now, other.body.rod.first, other.body.rod.stop, np.empty(self.kappa0.size))
+            state = now
+        return state
 
     def _laid(self, shape: Callable[[Array], Any]) -> State:
         """Return the shape r(s) that was given, with the frames that do not twist along it, from the support's on."""

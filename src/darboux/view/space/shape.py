@@ -53,8 +53,6 @@ def of(solution: EquilibriumSolution) -> Shape:
 
 def at(trajectory: Trajectory, t: float) -> Shape:
     """Return the shape at a time t in s; the strains are those of the discrete rod at its vertices, straight between them."""
-    from scipy.interpolate import CubicSpline
-
     rod, now = trajectory.motion.problem.rod, trajectory.at(t)
     middles = 0.5 * (now.s[1:] + now.s[:-1])
     turns = frames.quaternion_of_matrix(np.einsum("nji,njk->nik", now.R[:-1], now.R[1:]))
@@ -65,7 +63,7 @@ def at(trajectory: Trajectory, t: float) -> Shape:
     s = _places(
         rod, float(np.mean(np.linalg.norm(curvature, axis=1))), len(middles) * max(4, -(-LEAST // len(middles)))
     )
-    spline = CubicSpline(now.s, now.r)
+    spline = trajectory.curve(now.r)
     d3, d1 = spline(s, 1), _between(s, middles, now.R[:, :, 0])
     d3 /= np.linalg.norm(d3, axis=1, keepdims=True)
     d1 -= np.sum(d1 * d3, axis=1, keepdims=True) * d3
