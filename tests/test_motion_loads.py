@@ -194,7 +194,6 @@ REFUSED = {
     "sliding='fixed'": dx.Motion(dx.Equilibrium(ROD, end=dx.Roller(UP, UP, sliding="section")), 1.0),
     "as a frame: Clamped(frame=...)": dx.Motion(dx.Equilibrium(ROD, end=dx.Clamped(UP, twist=7.0)), 1.0),
     "between the ends motion states": dx.Motion(dx.Equilibrium(ROD, between={0.5: dx.Clamped((0, 0, 0.5))}), 1.0),
-    "rods with two ends": dx.Motion(dx.Ring(ROD), 1.0),
     "couples bending or twist": dx.Motion(dx.Equilibrium(dx.Rod(1.0, dx.StiffnessMatrix(COUPLED, mass=1.0), stretch=True)), 1.0),
     "do not shear": dx.Motion(dx.Equilibrium(dataclasses.replace(ROD, section=dataclasses.replace(SECTION, GA1=9, GA2=9), shear=True)), 1.0),  # noqa: E501
 }  # fmt: skip

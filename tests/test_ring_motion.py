@@ -92,13 +92,15 @@ def test_methods_agree() -> None:
 # Rest
 
 
+PLACES = np.linspace(0.0, 1.0, 9)
+IN_ONE_PART = dx.Table(PLACES, np.outer(np.cos(dx.turn * PLACES), (3.0, 5.0, 2.0)))
 AT_REST = {
     "a twisted ring": dx.Ring(ROUND, link=0.9 * CRITICAL),
     "beyond Michell's link": dx.Ring(ROUND, link=1.03 * CRITICAL),
     "a flat ring after half a turn": dx.Ring(dataclasses.replace(FLAT, natural=None), link=0.5),
     "an overcurved ring": dx.Ring(dataclasses.replace(ROUND, natural=(0, 6 * np.pi, 0))),
-    "bent in one part": dx.Ring(dataclasses.replace(FLAT, natural=dx.Table(np.linspace(0, 1, 9), np.outer(np.cos(np.linspace(0, dx.turn, 9)), (3.0, 5, 2))))),
-}  # fmt: skip
+    "bent in one part": dx.Ring(dataclasses.replace(FLAT, natural=IN_ONE_PART)),
+}
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +161,9 @@ def test_the_first_vertex_is_like_the_others(rod) -> None:
 
     def numbered(first: int) -> dx.Trajectory:
         c, s = np.cos(0.5 * twist), np.sin(0.5 * twist)
-        start = dx.Clamped(frame=R0[first] @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]))  # half a segment before its edge
+        start = dx.Clamped(
+            frame=R0[first] @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+        )  # half a segment before its edge
         polygon = lambda s: x[(np.rint(s * N).astype(int) + first) % N]  # noqa: E731
         return dx.simulate(dx.Motion(dx.Ring(rod, link=1.0, start=start), 0.02, polygon), method, records=4)
 
@@ -279,7 +283,7 @@ MISTAKES = {
     "leaves the ring open: its end is 1 m off": lambda: dx.simulate(OPEN),
     "tears the ring": lambda: dx.simulate(dx.Motion(dx.Ring(ROUND), 1.0, velocity=lambda s: np.outer(s, (0, 0, 1)))),
     "a Ring has 3 segments or more, but the method has 2": lambda: dx.simulate(dx.Motion(dx.Ring(ROUND), 1.0), dx.TRBDF2(2)),
-    "of a Ring with link=1; the motion's is a Ring with link=0": lambda: dx.Motion(dx.Ring(ROUND), 1.0, dx.solve(dx.Ring(ROUND, link=1))),
+    "of a Ring with link=1; the motion's is": lambda: dx.Motion(dx.Ring(ROUND), 1.0, dx.solve(dx.Ring(ROUND, link=1))),
     "of a rod with two ends": lambda: dx.Motion(dx.Ring(ROUND), 1.0, dx.solve(dx.Equilibrium(ROUND))),
     "stretches the rod": lambda: dx.simulate(dx.Motion(dx.Ring(STIFF), 1.0, velocity=waves)),
     "use ImplicitMidpoint": lambda: dx.simulate(dx.Motion(dx.Ring(STIFF), 1.0), dx.StormerVerlet()),

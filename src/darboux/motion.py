@@ -211,7 +211,9 @@ class Motion:
         """Refuse what needs an end that is held."""
         for name in ("start", "end", "release"):
             if getattr(self, name):
-                raise InvalidInput(f"motion.{name} is given, but a Ring is free in motion from the first; leave it out.")
+                raise InvalidInput(
+                    f"motion.{name} is given, but a Ring is free in motion from the first; leave it out."
+                )
         if isinstance(self.initial, EquilibriumSolution):
             link = getattr(self.initial.problem, "link", None)
             if link != ring.link:

@@ -91,9 +91,7 @@ def test_spinning_free_rod(kind, judge) -> None:
 def test_spinning_ring(kind, judge) -> None:
     """Y04: a ring that spins in its plane keeps R / R0 = 1 / (1 - rhoA Omega^2 R0^2 / EA); half a turn of it."""
     EA, Omega = 100.0, np.sqrt(10.0)
-    rod = dx.Rod(
-        2 * np.pi, dx.Stiffness(EI1=1.0, GJ=1.0, EA=EA, mass=1.0), natural=(-1.0, 0.0, 0.0), stretch=True
-    )
+    rod = dx.Rod(2 * np.pi, dx.Stiffness(EI1=1.0, GJ=1.0, EA=EA, mass=1.0), natural=(-1.0, 0.0, 0.0), stretch=True)
     place = lambda s: RING.value[0] * np.stack([np.cos(s), np.sin(s), 0 * s], axis=1)  # noqa: E731
     ring = dx.Ring(rod, start=dx.Clamped((1, 0, 0), tangent=(0, 1, 0), d1=(0, 0, -1)))
     motion = dx.Motion(

@@ -87,7 +87,7 @@ class System:
         """Average compliance, natural shape, mass and loads over the cells of the vertices and over the edges."""
         x, scale, units = self.nodes, self.scale, self.units
         cells = np.concatenate([[0.0], 0.5 * (x[:-1] + x[1:]), [1.0]])
-        V = np.diff(cells)
+        V: Array = np.diff(cells)
 
         def columns(s: Array) -> Array:
             return coefficients.columns(problem, scale, s)
@@ -368,7 +368,9 @@ class System:
         V[:N, 3] = profile.scalar("motion.spin", self.motion.spin, "rad/s", "any")(middle * L) * self.units.time
         if self.ring is not None:
             if np.max(np.abs(V[N, :3] - V[0, :3])) > GAP * np.max(np.abs(V[:, :3])):
-                raise InvalidInput("motion.velocity tears the ring: it is another one at s = L than at s = 0, one point.")
+                raise InvalidInput(
+                    "motion.velocity tears the ring: it is another one at s = L than at s = 0, one point."
+                )
             V[N], V[N + 1, :3] = V[0], V[1, :3]
         for at, vertex in (("start", 0), ("end", N)):
             if self.body.fixed[4 * vertex]:
@@ -567,7 +569,7 @@ def _closed(e: Array) -> Array:
         t /= np.linalg.norm(t, axis=1)[:, None]
         if np.max(np.abs(gap)) < CLOSED:
             break
-    return w * t
+    return np.asarray(w * t)
 
 
 def _transported(R: Array, t: Array) -> Array:

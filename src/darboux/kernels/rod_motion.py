@@ -189,7 +189,9 @@ class Body(NamedTuple):
     drag: Array  # (4) linear drag along and across the tangent, quadratic drag along and across, per length
     fixed: Flags  # (4 N + 3) unknowns that a support holds
     inextensible: bool
-    closing: Array  # (2) cosine and sine of the angle by which a ring's end is turned against its start; (0) with two ends
+    closing: (
+        Array  # (2) cosine and sine of the angle by which a ring's end is turned against its start; (0) with two ends
+    )
 
 
 class Space(NamedTuple):

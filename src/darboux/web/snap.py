@@ -32,8 +32,8 @@ LEFT, AT_REST = 0.05, 0.005  # of L: still where it was; no longer moving
 def motion(before: EquilibriumSolution, problem: Equilibrium) -> Trajectory | None:
     """Return the damped motion from an equilibrium under what now holds and loads the rod.
 
-    None where the dynamic solver can't state it, and for a ring, which nothing would hold. The rod may stretch in it, however stiffly, as one that is held at both
-    ends could not set out otherwise.
+    None where the dynamic solver can't state it, and for a ring, which nothing would hold. The rod may stretch in it, however
+    stiffly, as one that is held at both ends could not set out otherwise.
     """
     try:
         stated = _movable(problem)
