@@ -99,7 +99,7 @@ AT_REST = {
     "beyond Michell's link": dx.Ring(ROUND, link=1.03 * CRITICAL),
     "a flat ring after half a turn": dx.Ring(dataclasses.replace(FLAT, natural=None), link=0.5),
     "an overcurved ring": dx.Ring(dataclasses.replace(ROUND, natural=(0, 6 * np.pi, 0))),
-    "bent in one part": dx.Ring(dataclasses.replace(FLAT, natural=IN_ONE_PART)),
+    "bent in one part, glued at a right angle": dx.Ring(dataclasses.replace(FLAT, natural=IN_ONE_PART), link=0.25),
 }
 
 
@@ -115,7 +115,7 @@ def test_an_equilibrium_of_statics_is_at_rest(name: str, solved) -> None:
     for N in (40, 80):
         motion = dx.Motion(AT_REST[name], 4e-3, initial=solved[name], rotary_inertia=1e-3)
         x = dx.simulate(motion, dx.ImplicitMidpoint(N, step=1e-3), records=1)
-        assert np.max(np.abs(x.velocities[-1])) < 1e-8
+        assert np.max(np.abs(x.velocities[-1])) < 1e-9
         gap = x.positions[0] - solved[name].r(x.s)
         errors.append(float(np.max(np.linalg.norm(gap - np.mean(gap[1:], axis=0), axis=1))))
     order = np.log2(errors[0] / errors[1])
