@@ -239,7 +239,8 @@ def test_a_given_shape_gets_the_twist_that_its_link_leaves() -> None:
     """Tw = Lk - Wr: of a curve with writhe, evenly; GJ / 2 (2 pi Tw)^2."""
     shape = lambda s: R * np.stack([np.cos(s / R), np.sin(2 * s / R) / 2, 0.3 * np.sin(s / R)], axis=1)  # noqa: E731
     for link in (0.0, 0.25, 2.0):
-        x = dx.simulate(dx.Motion(dx.Ring(ROUND, link=link), 1e-9, shape), dx.ImplicitMidpoint(40), records=1)
+        method = dx.ImplicitMidpoint(40, step=1e-9)
+        x = dx.simulate(dx.Motion(dx.Ring(ROUND, link=link), 1e-9, shape), method, records=1)
         writhe = writhe_of_polygon(x.positions[0])
         assert abs(writhe) > 0.5
         wanted = 0.5 * 0.75 * (dx.turn * (link - writhe)) ** 2

@@ -76,3 +76,33 @@ def test_the_band_of_a_ring_is_the_derivative_of_its_balance() -> None:
     R, once = J.T @ R, direction[: n - ring.SHARED]
     left = [np.linalg.norm(J.T @ balance(start + e * direction)[0] - R - e * tau * A @ once) for e in (1e-3, 5e-4)]
     assert 1.8 < np.log2(left[0] / left[1]) < 2.2, left
+
+
+def test_what_stands_twice_is_accelerated_by_the_force_on_both() -> None:
+    g, m = np.random.default_rng(3).uniform(1, 2, (2, 31))
+    A = np.zeros(31)
+    ring.share(g, m, A)
+    np.testing.assert_allclose(A[:7], -(g[:7] + g[24:]) / (m[:7] + m[24:]), rtol=1e-15)
+    assert np.array_equal(A[:7], A[24:])
+    assert not np.any(A[7:24])
+
+
+def test_drag_acts_on_every_edge_once() -> None:
+    """On a ring that moves without turning: its coefficient times the length, 1 here, and the velocity."""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.8, EA=50.0, mass=1.0), stretch=True)
+    system = System(dx.Motion(dx.Ring(rod), 1.0, damping=[dx.LinearDrag(5.0, 5.0)]), 8)
+    state, _ = system.start()
+    V, row = np.tile([1.0, 2.0, 3.0, 0.0], system.edges + 1)[:-1], system.drive([0.0], 0.1)[0]
+    rod_motion.forces(state, state, V, 0.0, system.body, row, False, False, system.space)
+    force = np.append(system.space.residual, 0.0).reshape(-1, 4)[:, :3].sum(axis=0)
+    np.testing.assert_allclose(force, system.drag[0] * np.array([1.0, 2.0, 3.0]), rtol=1e-12)
+
+
+def test_the_cell_at_the_closing_has_one_frame() -> None:
+    """Glued at a right angle, what bends about d1 behind the start bends about -d2 behind the end; so does what resists."""
+    section = dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.8, EA=50.0, mass=1.0)
+    system = System(dx.Motion(dx.Ring(dx.Rod(1.0, section, natural=(3.0, 1.0, 2.0), stretch=True), link=0.25), 1.0), 8)
+    np.testing.assert_allclose(system.kappa0[8], np.array([0.5 * (3 + 1), 0.5 * (1 - 3), 2]) / 8, atol=1e-15)
+    EI = 2.0 / (1.0 + 1.0 / 1.5) * 8 / (system.scale.moment)
+    np.testing.assert_allclose(system.B[8], [EI, EI, 0.8 * 8 / system.scale.moment, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(system.B[3, :2] * system.scale.moment / 8, [1.0, 1.5])

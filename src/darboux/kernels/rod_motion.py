@@ -994,8 +994,6 @@ def stage(
         strains(old, body.rod.first, body.rod.stop, before)
     if body.inextensible:
         body.rod.EA[:] = PENALTY * rate * rate
-        if body.closing.size > 0:
-            body.rod.EA[-1] = 0.0
     for iteration in range(1, MOST_ITERATIONS + 1):
         place(old, base, tau, V, row, body, step, now)
         if ends:
