@@ -134,11 +134,12 @@ class Motion:
 
         rhoA r_tt = n' + f,     (J spin d3)_t = m' + r' x n + l
 
-    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads; ``duration`` in s;
-    ``initial`` the shape at the start: "unloaded" (the default: the unloaded rod, laid at its support), "equilibrium"
-    (the problem's own, found when the run begins), an ``EquilibriumSolution`` of the same rod, or a function of s
-    (n,) that returns r (n, 3) in m; ``velocity`` at the start in m/s: None (at rest), (3,), or a function of s that
-    returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
+    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads, or a ``Ring``, which supports between
+    its ends hold and nothing else; ``duration`` in s; ``initial`` the shape at the start: "unloaded" (the default: the
+    unloaded rod, laid at its support, or the round ring, where its start is), "equilibrium" (the problem's own, found when
+    the run begins), an ``EquilibriumSolution`` of the same rod (a ring's: of the same link), or a function of s (n,) that
+    returns r (n, 3) in m (a ring's closes, and is twisted evenly by its link less its writhe); ``velocity`` at the start in
+    m/s: None (at rest), (3,), or a function of s that returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
     ``Moving`` where the support moves; ``load_factor`` a number or a function of t that multiplies all loads, or a list of
     them, one for each of ``problem.loads`` (None: 1);
     ``damping`` a sequence of ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the

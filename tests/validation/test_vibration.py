@@ -282,7 +282,7 @@ def _small_motion_of_a_ring(n, GJ, round_by_nature, in_plane, N, stretch=True):
         natural=(-1.0, 0.0, 0.0) if round_by_nature else None,
         stretch=stretch,
     )
-    start = dx.Clamped((1, 0, 0), tangent=(0, 1, 0), d1=(0, 0, -1))
+    start = dx.Clamped((1, 0, 0), tangent=(0, 1, 0), d1=(0, 0, -1 if round_by_nature else 1))  # round the origin
     h = TURN / (n * np.sqrt(n**2 - 1)) / 40
     closed = dx.Table(np.append(a, TURN), 1e-5 * np.append(shape, shape[:1], axis=0), "linear")
     motion = dx.Motion(dx.Ring(rod, start=start), 100 * h, velocity=closed, spin=spin, rotary_inertia=1e-7)
