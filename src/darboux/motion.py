@@ -139,9 +139,9 @@ class Motion:
     unloaded rod, laid at its support, or the round ring, where its start is), "equilibrium" (the problem's own, found when
     the run begins), an ``EquilibriumSolution`` of the same rod (a ring's: of the same link), or a function of s (n,) that
     returns r (n, 3) in m (a ring's closes, and is twisted evenly by its link less its writhe); ``velocity`` at the start in
-    m/s: None (at rest), (3,), or a function of s that returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
-    ``Moving`` where the support moves; ``load_factor`` a number or a function of t that multiplies all loads, or a list of
-    them, one for each of ``problem.loads`` (None: 1);
+    m/s: None (at rest), (3,), or a function of s that returns (n, 3); ``spin`` about the tangent in rad/s, a number or a
+    function of s; ``start`` and ``end`` a ``Moving`` where the support moves; ``load_factor`` a number or a function of t
+    that multiplies all loads, or a list of them, one for each of ``problem.loads`` (None: 1);
     ``damping`` a sequence of ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the
     time in s from which on an end is free, as in ``release={"end": 0.2}`` (both ends at 0: free flight);
     ``rotary_inertia`` J per length about the tangent in kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1
