@@ -11,6 +11,7 @@ import darboux as dx
 from darboux import scenario
 from darboux.link import writhe_of_polygon
 from darboux.scenario import Scenario
+from darboux.view.space import shape
 
 SECTION = dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.75, EA=1e4, mass=1.0)
 ROUND = dx.Rod(1.0, dataclasses.replace(SECTION, EI2=1.0), stretch=True)
@@ -273,6 +274,16 @@ def test_pictures_of_a_ring_in_motion(tmp_path) -> None:
     assert x.held == []
     s = np.array([0.0, 1.0 - 1e-7])
     np.testing.assert_allclose(*x.r(0.005, s), atol=1e-5)
+
+
+def test_a_ring_is_drawn_closed() -> None:
+    """Curvature, twist and frame of a round ring are the same around it, and go on over its closing."""
+    x = dx.simulate(dx.Motion(dx.Ring(ROUND, link=1.25), 1e-3), dx.ImplicitMidpoint(40, step=1e-3), records=1)
+    drawn = shape.at(x, 1e-3)
+    np.testing.assert_allclose(drawn.k[:, 2], 1.25 * dx.turn, rtol=0.02)
+    np.testing.assert_allclose(np.linalg.norm(drawn.k[:, :2], axis=1), 1.0 / R, rtol=0.02)
+    glue = drawn.R[0].T @ drawn.R[-1]  # a quarter of a turn
+    np.testing.assert_allclose(glue, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-3)
 
 
 # What is said
