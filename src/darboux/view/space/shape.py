@@ -57,7 +57,9 @@ def at(trajectory: Trajectory, t: float) -> Shape:
     rod, middles, edges = problem.rod, 0.5 * (now.s[1:] + now.s[:-1]), now.R
     stretch = np.linalg.norm(np.diff(now.r, axis=0), axis=1) / np.diff(now.s) - 1.0
     if isinstance(problem, Ring):  # the last edge stands in front of the first too, and the first behind the last
-        glue = frames.matrix_of_quaternion(frames.quaternion_of_turn(np.array([[0.0, 0.0, frames.turn * problem.link]])))[0]
+        glue = frames.matrix_of_quaternion(
+            frames.quaternion_of_turn(np.array([[0.0, 0.0, frames.turn * problem.link]]))
+        )[0]
         edges = np.concatenate([now.R[-1:] @ glue.T, now.R, now.R[:1] @ glue])
         middles = np.concatenate([middles[-1:] - rod.length, middles, middles[:1] + rod.length])
         stretch = np.concatenate([stretch[-1:], stretch, stretch[:1]])
