@@ -225,15 +225,22 @@ def test_a_pin_anywhere_is_the_same_pin() -> None:
     assert np.linalg.norm(tips[0][-1] - tips[0][0]) > 0.5 * R
 
 
-def test_link_and_closing_are_kept() -> None:
-    """A link that is not whole: the last section stays turned by it against the first; many turns are many."""
-    for link in (0.25, -7.0):
-        ring = dx.Ring(ROUND, link=link)
-        x = dx.simulate(dx.Motion(ring, 0.01, velocity=waves), dx.ImplicitMidpoint(20, step=1e-4), records=2)
-        assert np.array_equal(x.positions[:, 0], x.positions[:, -1])
-        twist = 0.5 * 0.75 * (dx.turn * link) ** 2
-        np.testing.assert_allclose(x.energy.twist[0], twist, rtol=1e-12)
-        assert abs(x.energy.twist[-1] / twist - 1.0) < 0.9
+@pytest.mark.parametrize("link", [0.25, 1.0, -7.0])
+@pytest.mark.parametrize("rod", [FLAT, STIFF], ids=["stretches", "inextensible"])
+def test_the_link_is_kept(rod, link: float) -> None:
+    """Twist and writhe of the polygon, measured on its frames, add up to it, however the ring has moved."""
+    spin = lambda s: 30.0 * np.cos(2.0 * s / R)  # noqa: E731
+    motion = dx.Motion(dx.Ring(rod, link=link), 0.02, spin=spin)
+    x = dx.simulate(motion, dx.ImplicitMidpoint(48, step=1e-4), records=2)
+    assert np.array_equal(x.positions[:, 0], x.positions[:, -1])
+    for r, frames in zip(x.positions, x.frames, strict=True):
+        t, d1 = (np.append(frames[:, :, i], frames[:1, :, i], axis=0) for i in (2, 0))
+        moved = d1[:-1] - (np.sum(d1[:-1] * t[1:], axis=1) / (1.0 + np.sum(t[:-1] * t[1:], axis=1)))[:, None] * (t[:-1] + t[1:])  # fmt: skip # noqa: E501
+        angles = np.arctan2(np.sum(np.cross(moved, d1[1:]) * t[1:], axis=1), np.sum(moved * d1[1:], axis=1))
+        angles[-1] += dx.turn * (link - round(link))  # the first frame over again, turned by the link
+        twist = np.sum((angles + np.pi) % dx.turn - np.pi) / dx.turn
+        assert twist + writhe_of_polygon(r) == pytest.approx(link, abs=1e-10)
+    assert abs(writhe_of_polygon(x.positions[-1])) > 1e-3
 
 
 def test_a_given_shape_gets_the_twist_that_its_link_leaves() -> None:
