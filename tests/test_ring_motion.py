@@ -148,6 +148,19 @@ def test_a_ring_leaves_its_plane_beyond_michells_link(share: float, leaves: bool
     assert (np.max(away[30:]) > 4.0 * np.max(away[:10])) == leaves
 
 
+@pytest.mark.parametrize("natural", [(0, 1.0, 0), None], ids=["naturally round", "naturally straight"])
+def test_vibrations_of_a_ring_that_stretches(natural) -> None:
+    """R = EI = rhoA = 1: n (n^2 - 1) / sqrt(n^2 + 1) in its plane; out of it / sqrt(n^2 + EI / GJ), or n sqrt(n^2 - 1)."""
+    rod = dx.Rod(dx.turn, dx.Stiffness(EI1=1.0, GJ=2 / 3, EA=1e6, mass=1.0), natural=natural, stretch=True)
+    rigid = 6 if natural else 7  # it may turn about its centreline too, where no curvature ties it to its plane
+    found = dx.natural_modes(dx.Ring(rod), rigid + 8, rotary_inertia=1e-5).frequencies * dx.turn
+    n = np.array([2.0, 3.0])
+    out = n * (n**2 - 1.0) / np.sqrt(n**2 + 1.5) if natural else n * np.sqrt(n**2 - 1.0)
+    wanted = np.sort([*n * (n**2 - 1.0) / np.sqrt(n**2 + 1.0), *out])
+    assert np.all(found[:rigid] == 0.0)
+    np.testing.assert_allclose(found[rigid:], np.repeat(wanted, 2), rtol=1e-4)
+
+
 # Any vertex may be the first
 
 
@@ -209,6 +222,7 @@ def test_a_ring_hangs_from_a_pin_beside_its_start_and_elsewhere(rod, at: float) 
     for method in (dx.ImplicitMidpoint(20, step=1e-3), dx.TRBDF2(20, step=1e-3)):
         x = dx.simulate(dx.Motion(ring, 0.2, circle), method, records=4)
         np.testing.assert_allclose(x.positions[:, round(20 * at)], np.tile(pin.position, (5, 1)), atol=1e-12)
+        np.testing.assert_allclose([place for place, _ in x.held], [pin.position], atol=1e-12)
         assert np.max(np.abs(x.velocities[-1])) > 0.1
         assert x.energy.drift < (0.05 if isinstance(method, dx.TRBDF2) else 1e-4)
 
@@ -306,6 +320,7 @@ MISTAKES = {
     "of a rod with two ends": lambda: dx.Motion(dx.Ring(ROUND), 1.0, dx.solve(dx.Equilibrium(ROUND))),
     "stretches the rod": lambda: dx.simulate(dx.Motion(dx.Ring(STIFF), 1.0, velocity=waves)),
     "use ImplicitMidpoint": lambda: dx.simulate(dx.Motion(dx.Ring(STIFF), 1.0), dx.StormerVerlet()),
+    "those of a free one": lambda: dx.natural_modes(dx.Ring(ROUND, loads=[dx.Gravity()])),
     "turns with the section": lambda: dx.simulate(dx.Motion(dx.Ring(ROUND, between={0.5: dx.Clamped((0, 0, 0))}), 1.0)),
 }  # fmt: skip
 
