@@ -309,11 +309,13 @@ def test_a_ring_is_drawn_closed() -> None:
 
 # What is said
 
+FOLD = lambda s: np.outer(np.sin(dx.turn * s), (1, 0, 0))  # noqa: E731
 OPEN = dx.Motion(dx.Ring(ROUND), 1.0, lambda s: np.outer(s, (1, 0, 0)))
 MISTAKES = {
     "motion.start is given, but a Ring is free": lambda: dx.Motion(dx.Ring(ROUND), 1.0, start=dx.Moving(lambda t: (t, 0, 0))),
     "motion.release is given, but a Ring is free": lambda: dx.Motion(dx.Ring(ROUND), 1.0, release={"start": 0.1}),
     "leaves the ring open: its end is 1 m off": lambda: dx.simulate(OPEN),
+    "folds the rod back on itself at s = 0.25": lambda: dx.simulate(dx.Motion(dx.Ring(ROUND), 1.0, FOLD)),
     "tears the ring": lambda: dx.simulate(dx.Motion(dx.Ring(ROUND), 1.0, velocity=lambda s: np.outer(s, (0, 0, 1)))),
     "a Ring has 3 segments or more, but the method has 2": lambda: dx.simulate(dx.Motion(dx.Ring(ROUND), 1.0), dx.TRBDF2(2)),
     "of a Ring with link=1; the motion's is": lambda: dx.Motion(dx.Ring(ROUND), 1.0, dx.solve(dx.Ring(ROUND, link=1))),

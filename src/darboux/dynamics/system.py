@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 
 EXACT = 1e-9  # relative: an inextensible segment's length
 GAP = 1e-6  # of the length, by which a shape may miss a support
+FOLDED = 1e-9 - 1.0  # the cosine of a turn that has no plane
 SETTLED = 1e-11  # rad, to which that equilibrium is found
 FOREVER = 1e5  # a stage this long is an equilibrium
 SLOW = (0.1, 1.0, 1.0)  # stages that a ring takes to it, held by its inertia alone
@@ -294,11 +295,17 @@ class System:
             r = self._of_directions(r, np.ones(self.segments))
         t = np.diff(r, axis=0)
         t /= np.linalg.norm(t, axis=1)[:, None]
+        along = t if self.ring is None else np.append(t, t[:1], axis=0)
+        cosines = np.sum(along[1:] * along[:-1], axis=1)
+        if np.any(cosines < FOLDED):
+            s = self.nodes[int(np.argmin(cosines)) + 1] * L
+            raise InvalidInput(f"motion.initial folds the rod back on itself at s = {s:.4g} m; give a smooth curve.")
         support = self.motion.problem.start
-        R = support.R if support.clamps else frames_along(t[0])
-        if self.ring is not None:
-            return self._state(r, *self._evenly_twisted(self.ring, r, t, _transported(R, np.append(t, t[:1], axis=0))))
-        return self._state(r, _transported(R, t), None)
+        R = support.R if support.clamps and support.R[:, 2] @ t[0] > FOLDED else frames_along(t[0])
+        d1 = _transported(R, along)
+        if self.ring is None:
+            return self._state(r, d1, None)
+        return self._state(r, *self._evenly_twisted(self.ring, r, t, d1))
 
     def _evenly_twisted(self, ring: Ring, r: Array, t: Array, d1: Array) -> tuple[Array, Array]:
         """Return the first directors (N, 3) of a ring r (N + 1, 3) that is twisted evenly, and its twists (N + 2,).
