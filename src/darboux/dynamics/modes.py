@@ -110,13 +110,13 @@ def _modes(motion: Motion, load_factor: float, count: int, segments: int) -> Mod
         system.EA = np.full(system.segments, RIGID)
         system.body = system.body_at(0.0)
     J = unknowns(system)
-    n, size = J.shape
+    size = J.shape[1]
     if count > size - 2:
         raise InvalidInput(
             f"natural_modes.count is {count}; {segments} segments, half of those asked for, have {size - 2} at most."
         )
     lower, mass = stiffness(system, state, load_factor, _carried(system)), mass_band(system, state)
-    M = J.T @ sparse(mass, n) @ J
+    M = joined(system, mass)
     shift = SHIFT if system.ring is None else SHIFT_OF_RING
     operator = LinearOperator((size, size), matvec=_inverse(system, lower + shift * mass, J), dtype=float)
     start = np.random.default_rng(0).normal(size=size)
@@ -133,7 +133,7 @@ def _inverse(system: System, lower: Array, J: Any) -> Callable[[Array], Array]:
     """Return what solves with a band by the unknowns."""
     n = system.body.mass.size
     if system.ring is not None:
-        return cast("Callable[[Array], Array]", splu((J.T @ sparse(lower, n) @ J).tocsc()).solve)
+        return cast("Callable[[Array], Array]", splu(joined(system, lower).tocsc()).solve)
     band.fix(lower, np.zeros(n), system.body.fixed)
     if band.factor(lower, n) < 0:
         raise InvalidInput(

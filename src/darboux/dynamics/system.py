@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames, profile
-from darboux.dynamics import holding
+from darboux.dynamics import closing, holding
 from darboux.dynamics.acting import FREE, HELD, TURNING, acting, means, six, symmetric
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
@@ -18,7 +18,6 @@ from darboux.kernels.discrete_rod import Elasticity, State
 from darboux.kernels.ring import CORNER, LANES
 from darboux.kernels.rod_equations import BINV, K0, SINV
 from darboux.kernels.rod_motion import FACTORS, Body, Space, Turning
-from darboux.link import writhe_of_polygon
 from darboux.loads import Load, Rotation
 from darboux.motion import KelvinVoigt, LinearDrag, MassDamping, Motion, QuadraticDrag
 from darboux.natural import smallest_rotation
@@ -41,7 +40,6 @@ SETTLED = 1e-11  # rad, to which that equilibrium is found
 FOREVER = 1e5  # a stage this long is an equilibrium
 SLOW = (0.1, 1.0, 1.0)  # stages that a ring takes to it, held by its inertia alone
 FEWEST = 3  # segments of a ring
-MOST_TURNS, CLOSED = 20, 1e-15  # iterations and gap over the length, to which a polygon is closed
 ENDS = ("start", "end")
 
 
@@ -95,7 +93,9 @@ class System:
 
         at_vertices, on_edges = means(columns, cells), means(columns, x)
         compliance, k0 = symmetric(at_vertices[:, BINV : BINV + 6]), at_vertices[:, K0 : K0 + 3]
-        self.V, compliance, k0 = (V, compliance, k0) if self.ring is None else _joined(self.ring, V, compliance, k0)
+        self.V, compliance, k0 = (
+            (V, compliance, k0) if self.ring is None else closing.joined(self.ring, V, compliance, k0)
+        )
         self.B = six(np.linalg.inv(compliance) / self.V[:, None, None])
         self.kappa0 = k0 * self.V[:, None]
         self.EA = self._chained(np.ones(self.segments) if self.inextensible else 1.0 / on_edges[:, SINV + 2])
@@ -161,7 +161,7 @@ class System:
             holding.holds(supports, self.scale, self.segments, self.ring is not None),
             Turning(*ghosts, acts.moments, acts.section_moments), self.frame_spin, self.mass, self.sixth, self.slowness,
             (self.B * self.times[[0, 0, 1, 0, 0, 0]]).ravel(), self.EA * self.times[2], self.drag, fixed, self.inextensible,
-            np.zeros(0) if self.ring is None else _cosine_and_sine(self.ring),
+            np.zeros(0) if self.ring is None else closing.angle(self.ring),
         )  # fmt: skip
 
     # -- the start -----------------------------------------------------------------------------------------------
@@ -234,7 +234,7 @@ class System:
         e = np.diff(r, axis=0)
         e *= (self.l * stretch / np.linalg.norm(e, axis=1))[:, None]
         if self.ring is not None:
-            e = _closed(e)
+            e = closing.closed(e)
         x: Array = np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
         first, last = (r - x)[[0, -1]]
         if self.ring is not None or (self.motion.problem.start.holds and not self.motion.problem.end.holds):
@@ -305,18 +305,7 @@ class System:
         d1 = _transported(R, along)
         if self.ring is None:
             return self._state(r, d1, None)
-        return self._state(r, *self._evenly_twisted(self.ring, r, t, d1))
-
-    def _evenly_twisted(self, ring: Ring, r: Array, t: Array, d1: Array) -> tuple[Array, Array]:
-        """Return the first directors (N, 3) of a ring r (N + 1, 3) that is twisted evenly, and its twists (N + 2,).
-
-        d1 (N + 1, 3) is carried around without twist, back to the first edge. By the angle at which it then is, and by
-        the writhe, which says how many whole turns that leaves out, the twist is 2 pi (link - writhe).
-        """
-        holonomy = float(np.arctan2(np.cross(d1[0], d1[-1]) @ t[0], d1[0] @ d1[-1])) / frames.turn
-        twist = frames.turn * (ring.link - holonomy - np.rint(writhe_of_polygon(r) - holonomy))
-        angle = twist * 0.5 * (self.nodes[:-1] + self.nodes[1:])[:, None]
-        return np.cos(angle) * d1[:-1] + np.sin(angle) * np.cross(t, d1[:-1]), twist * self.V
+        return self._state(r, *closing.evenly_twisted(self.ring, r, t, d1, self.nodes, self.V))
 
     def _state(self, x: Array, d1: Array, m: Array | None) -> State:
         """Return a state from vertices (N + 1, 3) and the edges' first directors (N, 3); clamps' frames are the drive's."""
@@ -543,40 +532,6 @@ def new_space(N: int, closed: bool = False) -> Space:
     return Space(
         base, step, residual, lower, work, new_state(N), strains, tensions, reaction, power, ghost, border, corner
     )
-
-
-def _cosine_and_sine(ring: Ring) -> Array:
-    """Return those (2,) of the angle by which a ring's end is turned against its start."""
-    angle = frames.turn * (ring.link - np.rint(ring.link))
-    return np.array([np.cos(angle), np.sin(angle)])
-
-
-def _joined(ring: Ring, V: Array, compliance: Array, k0: Array) -> tuple[Array, Array, Array]:
-    """Return lengths (n + 1,), compliance and natural strain of the cells of a ring's chain, of which the ends are halves (n).
-
-    The half behind the end is the one behind the start, seen in the frame in which the rod runs on: turned by the link.
-    """
-    c, s = _cosine_and_sine(ring)
-    Q = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    whole = V[0] + V[-1]
-    C = (V[-1] * compliance[-1] + V[0] * Q.T @ compliance[0] @ Q) / whole
-    k = (V[-1] * k0[-1] + V[0] * k0[0] @ Q) / whole
-    parts = (V, whole), (compliance, C), (k0, k)
-    lengths, C, k = (np.concatenate([[own], part[1:-1], [own], part[1:2]]) for part, own in parts)
-    return lengths, C, k
-
-
-def _closed(e: Array) -> Array:
-    """Return edges (n, 3) of the same lengths, each turned a little towards one and the same vector, so that they close."""
-    w = np.linalg.norm(e, axis=1)[:, None]
-    t = e / w
-    for _ in range(MOST_TURNS):
-        gap = np.sum(w * t, axis=0)
-        t = t - np.linalg.solve(np.sum(w) * np.eye(3) - t.T @ (w * t), gap)
-        t /= np.linalg.norm(t, axis=1)[:, None]
-        if np.max(np.abs(gap)) < CLOSED:
-            break
-    return np.asarray(w * t)
 
 
 def _transported(R: Array, t: Array) -> Array:
