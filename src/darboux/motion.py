@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from darboux import checks, frames, profile
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
-from darboux.problem import Equilibrium
+from darboux.problem import Equilibrium, Ring
 from darboux.profile import Table
 from darboux.solution import EquilibriumSolution
+from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
@@ -133,13 +134,14 @@ class Motion:
 
         rhoA r_tt = n' + f,     (J spin d3)_t = m' + r' x n + l
 
-    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads; ``duration`` in s;
-    ``initial`` the shape at the start: "unloaded" (the default: the unloaded rod, laid at its support), "equilibrium"
-    (the problem's own, found when the run begins), an ``EquilibriumSolution`` of the same rod, or a function of s
-    (n,) that returns r (n, 3) in m; ``velocity`` at the start in m/s: None (at rest), (3,), or a function of s that
-    returns (n, 3); ``spin`` about the tangent in rad/s, a number or a function of s; ``start`` and ``end`` a
-    ``Moving`` where the support moves; ``load_factor`` a number or a function of t that multiplies all loads, or a list of
-    them, one for each of ``problem.loads`` (None: 1);
+    Arguments: ``problem`` an ``Equilibrium``: the rod (with mass), its supports and loads, or a ``Ring``, which supports between
+    its ends hold and nothing else; ``duration`` in s; ``initial`` the shape at the start: "unloaded" (the default: the
+    unloaded rod, laid at its support, or the round ring, where its start is), "equilibrium" (the problem's own, found when
+    the run begins), an ``EquilibriumSolution`` of the same rod (a ring's: of the same link), or a function of s (n,) that
+    returns r (n, 3) in m (a ring's closes, and is twisted evenly by its link less its writhe); ``velocity`` at the start in
+    m/s: None (at rest), (3,), or a function of s that returns (n, 3); ``spin`` about the tangent in rad/s, a number or a
+    function of s; ``start`` and ``end`` a ``Moving`` where the support moves; ``load_factor`` a number or a function of t
+    that multiplies all loads, or a list of them, one for each of ``problem.loads`` (None: 1);
     ``damping`` a sequence of ``MassDamping``, ``KelvinVoigt``, ``LinearDrag``, ``QuadraticDrag``; ``release`` the
     time in s from which on an end is free, as in ``release={"end": 0.2}`` (both ends at 0: free flight);
     ``rotary_inertia`` J per length about the tangent in kg m, a number; None: mass (EI1 + EI2) / EA, which is rho (I1
@@ -171,6 +173,8 @@ class Motion:
         for i, part in enumerate(damping):
             checks.instance(f"motion.damping[{i}]", part, Damping, "a damping, such as MassDamping(2.0)")
         assign(self, damping=tuple(damping), release=self._releases(), load_factor=self._checked_factors())
+        if isinstance(self.problem, Ring):
+            self._check_ring(self.problem)
         if self.rotary_inertia is not None:
             assign(self, rotary_inertia=checks.positive("motion.rotary_inertia", self.rotary_inertia, "kg m"))
         self._check_initial()
@@ -203,6 +207,21 @@ class Motion:
             )
         one = (1.0 if factor is None else factor for factor in self.load_factor)
         return tuple(_checked_factor(f"motion.load_factor[{i}]", factor) for i, factor in enumerate(one))
+
+    def _check_ring(self, ring: Ring) -> None:
+        """Refuse what needs an end that is held."""
+        for name in ("start", "end", "release"):
+            if getattr(self, name):
+                raise InvalidInput(
+                    f"motion.{name} is given, but a Ring is free in motion from the first; leave it out."
+                )
+        if isinstance(self.initial, EquilibriumSolution):
+            link = getattr(self.initial.problem, "link", None)
+            if link != ring.link:
+                what = "a rod with two ends" if link is None else f"a Ring with link={link:g}"
+                raise InvalidInput(
+                    f"motion.initial is the equilibrium of {what}; the motion's is a Ring with link={ring.link:g}, which it keeps."
+                )
 
     def _check_initial(self) -> None:
         rod = self.problem.rod
@@ -344,8 +363,15 @@ class Motion:
         """The times in s, within the duration, at which an end is released."""
         return tuple(t for _, t in self.release if 0.0 < t < self.duration)
 
+    @property
+    def supports(self) -> tuple[tuple[float, Support], ...]:
+        """All that holds the rod before an end is released: (s in m, support); of a ring that between its ends."""
+        return self.problem.between if isinstance(self.problem, Ring) else self.problem.supports
+
     def held(self, at: str, t: float) -> bool:
-        """Return whether the support ``at`` still holds the end just after the time t."""
+        """Return whether the support ``at`` still holds the end just after the time t; a ring's never does."""
+        if isinstance(self.problem, Ring):
+            return False
         released = any(end == at and time <= t for end, time in self.release)
         return getattr(self.problem, at).holds and not released
 

@@ -269,8 +269,8 @@ class Ring(Equilibrium):
 
     The section at s = 0 is held at ``start``'s place and frame; without loads that costs nothing, as no force is needed
     there. With loads the reaction, the sum of ``reactions.start`` and ``reactions.end``, says what held it. A link that is not
-    whole glues the ends at an angle. Contact of the rod with itself is left out, so a ring may pass through itself: its link
-    is then another one.
+    whole glues the ends at an angle. In a ``Motion`` nothing holds that section. Contact of the rod with itself is left out, so
+    a ring may pass through itself: its link is then another one.
 
     Arguments: ``rod``; ``link`` in turns, of either sign; ``start`` a ``Clamped``; ``loads`` and ``between`` as in
     ``Equilibrium``. Raises ``InvalidInput``.

@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 from darboux import checks
 from darboux.errors import InvalidInput, NotConverged
 from darboux.motion import Motion
+from darboux.problem import Ring
 from darboux.solution import Status
+from darboux.supports import Support
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 
@@ -163,13 +166,24 @@ class Trajectory:
 
     def r(self, t: float, s: Any) -> Array:
         """Return the positions in m at the time t in s and the arc lengths s, (3,) or (m, 3): a cubic between the vertices."""
-        from scipy.interpolate import CubicSpline
-
         points = np.asarray(checks.real_array(s))
         length = self.motion.problem.rod.length
         if not np.all((points >= 0.0) & (points <= length)):
             raise InvalidInput(f"s is {checks.shown(s)}; the rod runs from 0 to {length:g} m.")
-        return np.asarray(CubicSpline(self.s, self.at(t).r)(points))
+        return np.asarray(self.curve(self.at(t).r)(points))
+
+    def curve(self, r: Array) -> CubicSpline:
+        """Return the cubic in s through vertices r (..., N + 1, 3), which closes smoothly where the rod is a ring."""
+        from scipy.interpolate import CubicSpline
+
+        closed = isinstance(self.motion.problem, Ring)
+        return CubicSpline(self.s, r, axis=-2, bc_type="periodic" if closed else "not-a-knot")
+
+    @property
+    def held(self) -> list[tuple[Array, Support]]:
+        """What holds the rod as it begins to move: the place (3,) in m, and the support."""
+        places = [(int(np.argmin(np.abs(self.s - s))), support) for s, support in self.motion.supports]
+        return [(self.positions[0, i], support) for i, support in places]
 
     def at(self, t: float) -> Snapshot:
         """Return the rod at a time t in s, between records by the cubic that fits positions and velocities."""

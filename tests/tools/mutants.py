@@ -50,6 +50,7 @@ LAPACK = "kernels/test_band.py::test_definite_band_is_solved_as_by_lapack"
 INERTIA = "kernels/test_inertia.py::test_the_count_is_sharp_where_blocks_are_definite"
 ONE_STEP = "kernels/test_dormand_prince.py::test_one_step_has_the_declared_order"
 MOTION = "kernels/test_rod_motion.py::test_the_band_is_the_derivative_of_the_balance"
+RING = "kernels/test_ring.py::test_the_ring_of_a_band_is_solved_as_a_dense_matrix"
 GAUSS = "kernels/test_collocation.py::test_weights_integrate_polynomials"
 SPRING = "test_collocation.py::test_a_rotational_spring_gives_what_its_energy_says"
 
@@ -84,6 +85,14 @@ MUTANTS = (
     Mutant("kernels/support.py", "plus(moment, scaled(0.5, first))", "plus(moment, scaled(-0.5, first))", SPRING),
     Mutant("kernels/rod_motion.py", "    add(residual, 4 * j - 4, scaled(-s, e))\n", "    add(residual, 4 * j - 4, scaled(s, e))\n", MOTION),
     Mutant("kernels/rod_motion.py", "add_tension_hessian(scaled(1.0 / size, e), s, stiff / l - s, j, lower)", "add_tension_hessian(scaled(1.0 / size, e), s, stiff / l, j, lower)", MOTION),
+    Mutant("kernels/rod_motion.py", "dragged = l.size - closing.size // 2 if", "dragged = l.size if", "kernels/test_ring.py::test_drag_acts_on_every_edge_once"),
+    Mutant("kernels/ring.py", "border[row + q] -= l * border[o + q]", "border[row + q] += l * border[o + q]", RING),
+    Mutant("kernels/ring.py", "corner[row + q] -= z * border[o + q] + z1", "corner[row + q] -= z * border[o + q] - z1", RING),
+    Mutant("kernels/ring.py", "            corner[LANES * p + q] += entry(lower, last + p, q) + entry(lower, last + q, p)\n", "", RING),
+    Mutant("kernels/ring.py", "mix(turn[0], director, turn[1], cross(tangent, director))", "mix(turn[0], director, -turn[1], cross(tangent, director))", "kernels/test_ring.py::test_the_repeated_edge_has_the_first_ones_frame_turned"),
+    Mutant("kernels/ring.py", "-(residual[p] + residual[last + p])", "-(residual[p])", "kernels/test_ring.py::test_what_stands_twice_is_accelerated_by_the_force_on_both"),
+    Mutant("dynamics/closing.py", "V[0] * k0[0] @ Q", "V[0] * k0[0] @ Q.T", "kernels/test_ring.py::test_the_cell_at_the_closing_has_one_frame"),
+    Mutant("dynamics/closing.py", "holonomy - np.rint(writhe_of_polygon(r) - holonomy)", "holonomy", "test_ring_motion.py::test_a_given_shape_gets_the_twist_that_its_link_leaves"),
     Mutant("link.py", "triple = -_dot(a, across)", "triple = _dot(a, across)", "validation/test_geometry.py::test_polygons"),
     Mutant("link.py", "half_angles = np.triu(one + two, 2)", "half_angles = np.triu(one, 2)", "validation/test_geometry.py::test_polygons"),
     Mutant("loads.py", "total.a -= C @ np.array(self.point)", "total.a += C @ np.array(self.point)", "test_descriptions.py::test_loads_are_affine_in_position_and_frame"),

@@ -10,6 +10,8 @@ from tests.validation.judging import Statement
 from tests.validation.record import Digits, digits, stated
 
 SPUN = digits("Y04", "free straight extensible rod")
+RING = digits("Y04", "closed extensible ring")
+stated("Y04", "inextensible closed rod")
 PERIOD = digits("Y04", "rigid pendulum limit")
 stated("Y04", "torsion: clamped-free")
 stated("Y04", "axial: same with EA")
@@ -83,6 +85,49 @@ def test_spinning_free_rod(kind, judge) -> None:
         2.0 / 32**2,
         "32 segments",
     )
+
+
+@pytest.mark.parametrize("kind", METHODS, ids=lambda kind: kind.__name__)
+def test_spinning_ring(kind, judge) -> None:
+    """Y04: a ring that spins in its plane keeps R / R0 = 1 / (1 - rhoA Omega^2 R0^2 / EA); half a turn of it."""
+    EA, Omega = 100.0, np.sqrt(10.0)
+    rod = dx.Rod(2 * np.pi, dx.Stiffness(EI1=1.0, GJ=1.0, EA=EA, mass=1.0), natural=(-1.0, 0.0, 0.0), stretch=True)
+    place = lambda s: RING.value[0] * np.stack([np.cos(s), np.sin(s), 0 * s], axis=1)  # noqa: E731
+    ring = dx.Ring(rod, start=dx.Clamped((1, 0, 0), tangent=(0, 1, 0), d1=(0, 0, -1)))
+    motion = dx.Motion(
+        ring, np.pi / Omega, initial=place, velocity=lambda s: np.cross((0, 0, Omega), place(s)), rotary_inertia=1e-3
+    )
+
+    def answer(N):
+        x = dx.simulate(motion, _method(kind, N, np.pi / Omega / (4 * N)), records=8)
+        sizes = np.linalg.norm(x.positions[:, :-1], axis=2)
+        return sizes[np.arange(9), np.argmax(np.abs(sizes - RING.value[0]), axis=1)][4:]
+
+    judge.continuous(
+        Statement("Y04", "spinning ring", None, "R / R0", None, RING),
+        kind.__name__,
+        lambda: answer(48),
+        3.0 / 48**2,
+        "48 segments",
+    )
+
+
+def test_a_ring_flows_along_itself(judge) -> None:
+    """Y04: a flat ring closed after half a turn, every section of which runs along the ring's shape at one speed."""
+    N, speed, small = 96, 4.0, 1e-6
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.75, EA=1e6, mass=1.0), stretch=True)
+    rest = dx.solve(dx.Ring(rod, link=0.5))
+    motion = dx.Motion(rest.problem, 0.125, initial=rest, velocity=lambda s: speed * rest.R(s)[:, :, 2],
+                       spin=lambda s: speed * rest.k(s)[:, 2], rotary_inertia=small)  # fmt: skip
+
+    def answer():
+        x = dx.simulate(motion, dx.ImplicitMidpoint(N, step=1.25e-4), records=4)
+        ahead = [np.roll(x.positions[0, :-1], -round(speed * t * N), axis=0) for t in x.times]
+        assert np.max(np.abs(x.positions[-1] - x.positions[0])) > 0.2
+        return np.max(np.abs(x.positions[:, :-1] - ahead))
+
+    judge.continuous(Statement("Y04", "flow along itself", None, "way off the shape / L", None, Digits(np.array([0.0]))),
+                     "ImplicitMidpoint", answer, 2.0 / N**2, f"{N} segments")  # fmt: skip
 
 
 @pytest.mark.long

@@ -246,6 +246,61 @@ def test_ring_out_of_its_plane(ratio, judge) -> None:
                           by_discrete_rod(dx.Equilibrium(rod, start, end), 1), OUT[ratio], 64, 1e-6)  # fmt: skip
 
 
+FREE_RINGS = {
+    f"{where}, n = {n}": (n, *how, digits("V06", *words, f"n={n}"))
+    for where, waves, words, how in (
+        ("in plane", (2, 3, 4), ("in-plane flexural",), (1.0, True, True)),
+        ("out of plane, GJ / EI = 1", (2, 3), ("out-of-plane flexural", "GJ/EI=1:"), (1.0, True, False)),
+        ("out of plane, GJ / EI = 2/3", (2, 3), ("out-of-plane flexural", "GJ/EI=2/3:"), (2 / 3, True, False)),
+        ("naturally straight, out of plane", (2, 3), ("naturally STRAIGHT",), (2 / 3, False, False)),
+    )
+    for n in waves
+}  # fmt: skip
+
+
+def _small_motion_of_a_ring(n, GJ, round_by_nature, in_plane, N, stretch=True):
+    """Return the frequency omega of the one line in the spectrum of a free ring that starts with the velocities of a mode.
+
+    In its plane that is the polygon's own, a sum of two turning waves that stretch no edge; out of it w and the spin
+    -w n^2 (EI + GJ) / (EI + GJ n^2), or -w where no natural curvature ties the section to the plane. The midpoint rule
+    turns a mode by 2 arctan(omega h / 2) in a step.
+    """
+    a = TURN * np.arange(N) / N
+    if in_plane:
+        wave = np.exp(1j * (n + 1) * a) / np.sin((n + 1) * np.pi / N) + np.exp(-1j * (n - 1) * a) / np.sin(
+            (n - 1) * np.pi / N
+        )
+        wave /= np.max(np.abs(wave))
+        shape, spin = np.stack([wave.real, wave.imag, 0 * a], axis=1), lambda s: 0.0 * s
+    else:
+        shape = np.stack([0 * a, 0 * a, np.cos(n * a)], axis=1)
+        share = n**2 * (1 + GJ) / (1 + GJ * n**2) if round_by_nature else 1.0
+        spin = lambda s: -1e-5 * share * np.cos(n * s)  # noqa: E731
+    rod = dx.Rod(
+        TURN,
+        dx.Stiffness(EI1=1.0, GJ=GJ, EA=1e6, mass=1.0),
+        natural=(-1.0, 0.0, 0.0) if round_by_nature else None,
+        stretch=stretch,
+    )
+    start = dx.Clamped((1, 0, 0), tangent=(0, 1, 0), d1=(0, 0, -1 if round_by_nature else 1))  # round the origin
+    h = TURN / (n * np.sqrt(n**2 - 1)) / 40
+    closed = dx.Table(np.append(a, TURN), 1e-5 * np.append(shape, shape[:1], axis=0), "linear")
+    motion = dx.Motion(dx.Ring(rod, start=start), 100 * h, velocity=closed, spin=spin, rotary_inertia=1e-7)
+    x = dx.simulate(motion, dx.ImplicitMidpoint(N, step=h, tolerance=1e-12), records=100)
+    q = np.einsum("nij,ij->n", x.velocities[:, :-1], shape)
+    cosine = q[1:-1] @ (q[2:] + q[:-2]) / (2.0 * q[1:-1] @ q[1:-1])
+    np.testing.assert_allclose(q, q[0] * np.cos(np.arccos(cosine) * np.arange(101)), atol=1e-4 * q[0])
+    return 2.0 / h * np.tan(0.5 * np.arccos(cosine))
+
+
+@pytest.mark.parametrize("name", FREE_RINGS)
+def test_small_motion_of_a_free_ring(name, judge) -> None:
+    """V06, from the spectrum of what is simulated, with 100 and 200 segments."""
+    n, *how, exact = FREE_RINGS[name]
+    judge.discrete("V06", f"free ring, {name}", "omega sqrt(rhoA R^4 / EI)", "ImplicitMidpoint",
+                          lambda N: _small_motion_of_a_ring(n, *how, N), exact, 100, 1e-6)  # fmt: skip
+
+
 BENT = {}
 for _name, _GJ, _EI in (
     ("GJ/EI=1, EI_out/EI=1", 1.0, 1.0),

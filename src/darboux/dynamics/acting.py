@@ -12,7 +12,7 @@ from darboux.kernels.discrete_rod import Loads
 from darboux.kernels.rod_equations import BINV
 from darboux.kernels.rod_motion import Carried
 from darboux.loads import Distributed, EndLoad, Load
-from darboux.problem import Equilibrium
+from darboux.problem import Equilibrium, Ring
 from darboux.statics import coefficients
 from darboux.statics.coefficients import PAIRS, Scale
 
@@ -50,13 +50,14 @@ def acting(
 ) -> Acting:
     """Return the loads at the factor 1: groups (G) of them, springs B (N + 1, 6) and natural strains (N + 1, 3).
 
-    ``ends`` says whose frame the section's is at both ends: FREE, HELD or TURNING.
+    ``ends`` says whose frame the section's is at both ends: FREE, HELD or TURNING. A ring's repeated edge bears nothing.
     """
     G, N, L = len(groups), len(nodes) - 1, scale.length
     l = np.diff(nodes)
     cells = np.concatenate([[0.0], 0.5 * (nodes[:-1] + nodes[1:]), [1.0]])
     V = np.diff(cells)[:, None]
-    f, C, couples = np.zeros((G, N + 1, 3)), np.zeros((G, N + 1, 6)), np.zeros((G, N, 3))
+    edges = N + isinstance(problem, Ring)
+    f, C, couples = np.zeros((G, edges + 1, 3)), np.zeros((G, edges + 1, 6)), np.zeros((G, edges, 3))
     moments, section_moments = np.zeros((2, G, 2, 3))
     along: list[_Carrier] = []
     points = [_station(problem, s, G, nodes, scale) for s in problem.points]
@@ -72,7 +73,8 @@ def acting(
             return np.concatenate([*parts, total.b * (L / scale.force), total.lb / scale.force], axis=1)
 
         on_cells, on_edges = means(per_length, cells) * V, means(per_length, nodes) * l[:, None]
-        f[g], C[g], couples[g] = on_cells[:, :3], six(on_cells[:, 3:12].reshape(-1, 3, 3)), on_edges[:, 12:15]
+        f[g, : N + 1], couples[g, :N] = on_cells[:, :3], on_edges[:, 12:15]
+        C[g, : N + 1] = six(on_cells[:, 3:12].reshape(-1, 3, 3))
         if np.any(on_edges[:, 15:]):
             along = along or [
                 _Carrier(G, j, i, 1.0, np.zeros(3), np.zeros(6)) for j in range(1, N + 1) for i in (j - 1, j)

@@ -45,15 +45,16 @@ def moves_with(i: int, edges: int, support: Support) -> bool:
     return i in (0, edges) and all(support.held_displacement)
 
 
-def holds(supports: list[tuple[int, Support]], scale: Scale, edges: int) -> Holds:
-    """Return what is held along single directions, or by springs."""
+def holds(supports: list[tuple[int, Support]], scale: Scale, edges: int, closed: bool) -> Holds:
+    """Return what is held along single directions, or by springs; a closed chain's vertex 1 stands once more behind its last."""
     slides: list[tuple[int, Array, float]] = []
     anchors: list[tuple[int, Array, Array]] = []
     for i, support in supports:
         place = (np.array(support.position) - scale.origin) / scale.length
         if not moves_with(i, edges, support):
             axes = support.displacement_axes.T[list(support.held_displacement)]
-            slides += [(i, axis, float(axis @ place)) for axis in axes]
+            twice = (i, edges + 1) if closed and i == 1 else (i,)
+            slides += [(k, axis, float(axis @ place)) for k in twice for axis in axes]
         if support.linear is not None:
             K = six(np.array(support.linear)[None] * (scale.length / scale.force))[0]
             anchors.append((i, K, place))

@@ -22,7 +22,7 @@ class Run:
         self.state, self.V = system.start()
         self.A = np.zeros_like(self.V)
         self.tally = np.zeros(3)
-        self.now, self.velocity = new_state(system.segments), np.empty_like(self.V)
+        self.now, self.velocity = new_state(system.edges), np.empty_like(self.V)
         self.steps = self.iterations = self.halvings = 0
 
     def advance(self, t: float) -> bool:

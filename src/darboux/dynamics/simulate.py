@@ -177,7 +177,7 @@ class _Recorder:
     def _row(self) -> dict[str, Array]:
         """Return the present state as a record, each array with one row."""
         run, N, units = self.run, self.system.segments, self.system.units
-        packed = np.append(run.V, 0.0).reshape(N + 1, 4)
+        packed = np.append(run.V, 0.0).reshape(-1, 4)[: N + 1]  # of a ring without what stands twice
         measured = run.measures()
         kinetic, bending, twist, stretch, load = measured[:5] * units.energy
         supports, dissipated, of_loads, of_supports = measured[11:] * units.energy
@@ -188,9 +188,9 @@ class _Recorder:
         energies = (kinetic, bending, twist, stretch, supports, load, dissipated, work)
         row = {
             "time": run.t,
-            "positions": run.state.x.reshape(-1, 3) * units.length + units.origin,
+            "positions": run.state.x.reshape(-1, 3)[: N + 1] * units.length + units.origin,
             "velocities": packed[:, :3] * (units.length / units.time),
-            "directors": run.state.d1.reshape(-1, 3)[1:-1],
+            "directors": run.state.d1.reshape(-1, 3)[1 : N + 1],
             "spins": packed[:-1, 3] / units.time,
             "momentum": momentum,
             "angular_momentum": angular + np.cross(units.origin, momentum),

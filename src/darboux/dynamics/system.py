@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames, profile
-from darboux.dynamics import holding
+from darboux.dynamics import closing, holding
 from darboux.dynamics.acting import FREE, HELD, TURNING, acting, means, six, symmetric
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
 from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import Elasticity, State
+from darboux.kernels.ring import CORNER, LANES
 from darboux.kernels.rod_equations import BINV, K0, SINV
 from darboux.kernels.rod_motion import FACTORS, Body, Space, Turning
 from darboux.loads import Load, Rotation
@@ -26,6 +27,7 @@ from darboux.statics import coefficients
 from darboux.statics.coefficients import Scale
 from darboux.statics.discrete_chain import nodes_along
 from darboux.statics.discrete_ends import End
+from darboux.statics.first_shape import circle
 from darboux.statics.laying import laid
 from darboux.statics.solve import solve
 
@@ -33,9 +35,12 @@ Array = NDArray[np.float64]
 
 EXACT = 1e-9  # relative: an inextensible segment's length
 GAP = 1e-6  # of the length, by which a shape may miss a support
+FOLDED = 1e-9 - 1.0  # the cosine of a turn that has no plane
 SETTLED = 1e-11  # rad, to which that equilibrium is found
 FOREVER = 1e5  # a stage this long is an equilibrium
 RELAXING = tuple(10.0 ** np.arange(-5, 3))  # stages by which it is approached where it is far
+SLOW = (0.1, 1.0, 1.0)  # stages that a ring takes to it, held by its inertia alone
+FEWEST = 3  # segments of a ring
 ENDS = ("start", "end")
 
 
@@ -52,12 +57,17 @@ class Units(NamedTuple):
 class System:
     """A rod of N equal segments that a motion describes: what resists, its mass, its supports, where it starts.
 
-    Mass is spread along the edges, or, where ``spread`` is False, stands in the vertices.
+    Mass is spread along the edges, or, where ``spread`` is False, stands in the vertices. The kernels see a chain of
+    ``edges``: N, and of a ring one more, the first once again; see kernels/ring.py.
     """
 
     def __init__(self, motion: Motion, segments: int, spread: bool = True) -> None:
         self.motion, self.segments, self.spread = motion, segments, spread
         problem = motion.problem
+        self.ring = problem if isinstance(problem, Ring) else None
+        self.edges = segments + int(self.ring is not None)
+        if self.ring is not None and segments < FEWEST:
+            raise InvalidInput(f"a Ring has {FEWEST} segments or more, but the method has {segments}.")
         self.scale = Scale.of(problem)
         L, EI = problem.rod.length, self.scale.moment * problem.rod.length
         mass = float(np.mean(problem.rod.mass(np.linspace(0.0, L, 17), "Motion")))
@@ -68,7 +78,7 @@ class System:
         self.groups = _groups(motion)
         self._discretise(problem)
         self.body = self.body_at(0.0)
-        self.space = new_space(segments)
+        self.space = new_space(self.edges, self.ring is not None)
         self._steady: Array | None = None
 
     # -- from the rod to the numbers -----------------------------------------------------------------------------
@@ -77,27 +87,34 @@ class System:
         """Average compliance, natural shape, mass and loads over the cells of the vertices and over the edges."""
         x, scale, units = self.nodes, self.scale, self.units
         cells = np.concatenate([[0.0], 0.5 * (x[:-1] + x[1:]), [1.0]])
-        self.V = np.diff(cells)
+        V: Array = np.diff(cells)
 
         def columns(s: Array) -> Array:
             return coefficients.columns(problem, scale, s)
 
         at_vertices, on_edges = means(columns, cells), means(columns, x)
-        B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
-        self.B = six(B)
-        self.kappa0 = at_vertices[:, K0 : K0 + 3] * self.V[:, None]
-        self.EA = np.ones(self.segments) if self.inextensible else 1.0 / on_edges[:, SINV + 2]
+        compliance, k0 = symmetric(at_vertices[:, BINV : BINV + 6]), at_vertices[:, K0 : K0 + 3]
+        self.V, compliance, k0 = (
+            (V, compliance, k0) if self.ring is None else closing.joined(self.ring, V, compliance, k0)
+        )
+        self.B = six(np.linalg.inv(compliance) / self.V[:, None, None])
+        self.kappa0 = k0 * self.V[:, None]
+        self.EA = self._chained(np.ones(self.segments) if self.inextensible else 1.0 / on_edges[:, SINV + 2])
         spins = [np.array(load.omega) for load in problem.loads if isinstance(load, Rotation)]
         self.frame_spin = spins[0] * units.time if spins else np.zeros(3)
         per_length = units.mass / units.length
-        mass = means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], cells)[:, 0] / per_length * self.V
+        mass = means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], cells)[:, 0] * np.diff(cells)
         edges = means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], x)[:, 0] / per_length * self.l
-        self.sixth = edges / 6.0 if self.spread else np.zeros(self.segments)
+        self.sixth = self._chained(edges / 6.0 if self.spread else np.zeros(self.segments))
         J = means(lambda s: self._rotary(s * units.length)[:, None], x)[:, 0] / (per_length * units.length**2) * self.l
-        self.mass = np.append(np.repeat(mass[:-1, None], 4, axis=1), np.full((1, 4), mass[-1]), axis=0)
-        self.mass[:-1, 3] = J
-        self.mass = self.mass.ravel()[:-1].copy()
+        packed = np.repeat(self._chained(mass / per_length)[:, None], 4, axis=1)
+        packed[:-1, 3] = self._chained(J)
+        self.mass = packed.ravel()[:-1].copy()
         self._brake()
+
+    def _chained(self, values: Array, again: float = 0.0) -> Array:
+        """Return numbers of vertices or edges (n,) of the chain: a ring's have one more, that of what stands twice."""
+        return values if self.ring is None else np.append(values, again)
 
     def _rotary(self, s: Array) -> Array:
         """Return the rotary inertia per length about the tangent, kg m, at s (n,)."""
@@ -127,23 +144,25 @@ class System:
 
     def body_at(self, t: float) -> Body:
         """Return what holds just after the time t in s: a released end is free."""
-        N, problem = self.segments, self.motion.problem
+        N, problem = self.edges, self.motion.problem
         start, end = (self.motion.held(at, t) for at in ENDS)
         supports = holding.supports_at(problem, (start, end), self.nodes)
         kinds = [holding.kind_of(support) for _, support in supports[:2]]
         fixed = np.zeros(4 * N + 3, dtype=bool)
-        fixed[:3], fixed[-3:] = (holding.moves_with(i, N, support) for i, support in supports[:2])
+        fixed[:3], fixed[-3:] = (holding.moves_with(i, self.segments, support) for i, support in supports[:2])
         loads = [part for _, _, part in self.groups]
         acts = acting(problem, loads, self.nodes, self.scale, self.B, self.kappa0, kinds)
         ghosts = holding.ghosts(supports, self.scale)
         rod = Elasticity(
-            self.B.ravel(), self.kappa0.ravel(), self.l, self.EA, np.zeros(N),
+            self.B.ravel(), self.kappa0.ravel(), self._chained(self.l, self.l[0]), self.EA, np.zeros(N),
             1 if kinds[0] == FREE else 0, N if kinds[1] == FREE else N + 1,
         )  # fmt: skip
         return Body(
-            rod, acts.loads, acts.couples, acts.carried, holding.holds(supports, self.scale, N),
+            rod, acts.loads, acts.couples, acts.carried,
+            holding.holds(supports, self.scale, self.segments, self.ring is not None),
             Turning(*ghosts, acts.moments, acts.section_moments), self.frame_spin, self.mass, self.sixth, self.slowness,
             (self.B * self.times[[0, 0, 1, 0, 0, 0]]).ravel(), self.EA * self.times[2], self.drag, fixed, self.inextensible,
+            np.zeros(0) if self.ring is None else closing.angle(self.ring),
         )  # fmt: skip
 
     # -- the start -----------------------------------------------------------------------------------------------
@@ -153,14 +172,30 @@ class System:
         initial = self.motion.initial
         if isinstance(initial, str):
             problem = self.motion.problem
-            state = self._unloaded() if initial == "unloaded" else self._settled(solve(problem))
+            if initial == "equilibrium":
+                state = self._settled(solve(problem))
+            else:
+                state = self._unloaded() if self.ring is None else self._circle(self.ring)
         elif isinstance(initial, EquilibriumSolution):
             state = self._settled(initial)
         else:
             state = self._laid(initial)
+        if self.ring is not None:
+            self._hang(state)
         self._check_place(state)
         rod_motion.turn_ghosts(state, self.body, self.factors_at(0.0), self.space)
         return state, self._velocities(state)
+
+    def _hang(self, state: State) -> None:
+        """Shift a ring onto the first support that holds it, which its vertices miss by the square of a segment."""
+        x = state.x.reshape(-1, 3)
+        supports = holding.supports_at(self.motion.problem, (False, False), self.nodes)
+        for i, support in (pair for pair in supports if any(pair[1].held_displacement)):
+            axes = support.displacement_axes[:, list(support.held_displacement)]
+            shift = axes @ axes.T @ ((np.array(support.position) - self.units.origin) / self.units.length - x[i])
+            if np.linalg.norm(shift) < np.max(self.l) ** 2:
+                x += shift
+            return
 
     def _unloaded(self) -> State:
         """Return the natural shape, laid at the support that holds it."""
@@ -183,49 +218,74 @@ class System:
         x = (x - x[i]) @ turn.T + (np.array(support.position) - self.units.origin) / self.units.length
         return self._state(x, R[1:-1, :, 0], rest[:, 2])
 
+    def _circle(self, ring: Ring) -> State:
+        """Return a ring's polygon, whose sections turn evenly by the link; the one at s = 0 lies where the ring's start is."""
+        first = circle(ring, self.scale)
+        R0, s = frames.matrix_of_quaternion(first.q), 0.5 * (self.nodes[:-1] + self.nodes[1:])
+        axis, twist = R0[:, :2] @ first.k(np.zeros(1))[0, :2], frames.turn * ring.link
+        turns = np.outer(s, axis), np.outer(s, (0.0, 0.0, twist))
+        bent, spun = (frames.matrix_of_quaternion(frames.quaternion_of_turn(turn)) for turn in turns)
+        R = bent @ R0 @ spun
+        e = self.l[:, None] * R[:, :, 2]
+        x = first.r + np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
+        return self._state(self._of_directions(x, np.ones(len(e))), R[:, :, 0], twist * self.V)
+
     def _of_directions(self, r: Array, stretch: Array) -> Array:
         """Return vertices (N + 1, 3) whose edges point along those of r (N + 1, 3) and have their proper lengths."""
         e = np.diff(r, axis=0)
         e *= (self.l * stretch / np.linalg.norm(e, axis=1))[:, None]
+        if self.ring is not None:
+            e = closing.closed(e)
         x: Array = np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
         first, last = (r - x)[[0, -1]]
-        if self.motion.problem.start.holds and not self.motion.problem.end.holds:
+        if self.ring is not None or (self.motion.problem.start.holds and not self.motion.problem.end.holds):
             return np.asarray(x + first)
         if not self.motion.problem.start.holds:
             return np.asarray(x + last)
         return np.asarray(x + first + (last - first) * self.nodes[:, None])
 
     def _settled(self, solution: EquilibriumSolution) -> State:
-        """Return the discrete equilibrium beside a solution: a stage that lasts for ever."""
+        """Return the discrete equilibrium beside a solution: a stage that lasts for ever; of a ring some long ones."""
         L, middle = self.units.length, 0.5 * (self.nodes[:-1] + self.nodes[1:])
         r = (solution.r(self.nodes * L) - self.units.origin) / L
-        state = self._state(self._of_directions(r, solution.v(middle * L)[:, 2]), solution.R(middle * L)[:, :, 0], None)
+        twists = None if self.ring is None else solution.k(np.append(self.nodes, 0.0) * L)[:, 2] * L * self.V
+        state = self._state(
+            self._of_directions(r, solution.v(middle * L)[:, 2]), solution.R(middle * L)[:, :, 0], twists
+        )
         motion = Motion(solution.problem, 1.0, solution, rotary_inertia=self.motion.rotary_inertia)
-        if self.inextensible or refuses(motion):
+        held = self.ring is not None and (solution.problem.loads or solution.problem.between)  # as it then is no more
+        if self.inextensible or held or refuses(motion):
             return state
         other = System(motion, self.segments)
         row = other.drive([0.0], 0.0)[0]
         row[rod_motion.VELOCITY : rod_motion.VELOCITY + 6] = 0.0
         other.space.base[:] = 0.0
-        found = other._at_rest(state, row, FOREVER)
-        if found is None:  # a stiff rod between two supports: its edges first come to their lengths
-            found = state
-            for tau in (*RELAXING, FOREVER):
+        found = other._at_rest(state, row, FOREVER) if self.ring is None else None
+        if found is None:
+            found = state  # a stiff rod between two supports is far from it: its edges first come to their lengths
+            for tau in SLOW if self.ring is not None else (*RELAXING, FOREVER):
                 found = other._at_rest(found, row, tau) or found
-        discrete_rod.strains(found, other.body.rod.first, other.body.rod.stop, np.empty(self.kappa0.size))
         return found
 
     def _at_rest(self, state: State, row: Array, tau: float) -> State | None:
         """Return where a stage of length tau ends that starts from rest; None where it does not converge."""
-        now, V = new_state(self.segments), np.zeros(4 * self.segments + 3)
+        now, V = new_state(self.edges), np.zeros(self.body.mass.size)
         done = rod_motion.stage(state, V.copy(), tau, V, self.body, row, False, SETTLED, self.space, now)
         now.m[:] = state.m
+        discrete_rod.strains(now, self.body.rod.first, self.body.rod.stop, np.empty(self.kappa0.size))
         return now if done >= 0 else None
 
     def _laid(self, shape: Callable[[Array], Any]) -> State:
         """Return the shape r(s) that was given, with the frames that do not twist along it, from the support's on."""
         L = self.units.length
         r = (profile.evaluate("motion.initial", shape, self.nodes * L, (3,)) - self.units.origin) / L
+        if self.ring is not None:
+            gap = float(np.linalg.norm(r[-1] - r[0]))
+            if gap > GAP:
+                raise InvalidInput(
+                    f"motion.initial leaves the ring open: its end is {gap * L:.3g} m off its start; give r(L) = r(0)."
+                )
+            r[-1] = r[0]
         e = np.diff(r, axis=0)
         long = np.linalg.norm(e, axis=1) / self.l
         if np.any(long < 1e-3):
@@ -239,30 +299,36 @@ class System:
                     "by arc length, or set stretch=True."
                 )
             r = self._of_directions(r, np.ones(self.segments))
-        t = e / np.linalg.norm(e, axis=1)[:, None]
+        t = np.diff(r, axis=0)
+        t /= np.linalg.norm(t, axis=1)[:, None]
+        along = t if self.ring is None else np.append(t, t[:1], axis=0)
+        cosines = np.sum(along[1:] * along[:-1], axis=1)
+        if np.any(cosines < FOLDED):
+            s = self.nodes[int(np.argmin(cosines)) + 1] * L
+            raise InvalidInput(f"motion.initial folds the rod back on itself at s = {s:.4g} m; give a smooth curve.")
         support = self.motion.problem.start
-        R = support.R if support.clamps else frames_along(t[0])
-        d1 = np.empty_like(t)
-        before, d = R[:, 2], R[:, 0]
-        for j, tangent in enumerate(t):
-            d = d - (d @ tangent) / (1.0 + before @ tangent) * (before + tangent)
-            before, d1[j] = tangent, d
-        return self._state(r, d1, None)
+        R = support.R if support.clamps and support.R[:, 2] @ t[0] > FOLDED else frames_along(t[0])
+        d1 = _transported(R, along)
+        if self.ring is None:
+            return self._state(r, d1, None)
+        return self._state(r, *closing.evenly_twisted(self.ring, r, t, d1, self.nodes, self.V))
 
     def _state(self, x: Array, d1: Array, m: Array | None) -> State:
         """Return a state from vertices (N + 1, 3) and the edges' first directors (N, 3); clamps' frames are the drive's."""
-        N = self.segments
         t = np.diff(x, axis=0)
         t /= np.linalg.norm(t, axis=1)[:, None]
         d1 = d1 - np.einsum("ni,ni->n", d1, t)[:, None] * t
         d1 /= np.linalg.norm(d1, axis=1)[:, None]
+        if self.ring is not None:
+            x, t = np.concatenate([x[:-1], x[:2]]), np.append(t, t[:1], axis=0)
+            d1 = np.append(d1, [self.body.closing @ (d1[0], np.cross(t[0], d1[0]))], axis=0)
         R = [self._frame_at(at, x, t, d1) for at in ENDS]
         tangents = np.concatenate([R[0][None, :, 2], t, R[1][None, :, 2]])
         directors = np.concatenate([R[0][None, :, 0], d1, R[1][None, :, 0]])
-        twists = np.zeros(N + 1) if m is None else m.copy()
+        twists = np.zeros(self.edges + 1) if m is None else m.copy()
         state = State(x.ravel().copy(), tangents.ravel(), directors.ravel(), twists)
         rod = self.body_at(-1.0).rod
-        discrete_rod.strains(state, rod.first, rod.stop, np.empty(3 * N + 3))
+        discrete_rod.strains(state, rod.first, rod.stop, np.empty(self.kappa0.size))
         return state
 
     def _frame_at(self, at: str, x: Array, t: Array, d1: Array) -> Array:
@@ -276,7 +342,7 @@ class System:
     def _check_place(self, state: State) -> None:
         x, t = state.x.reshape(-1, 3), state.t.reshape(-1, 3)
         lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
-        if self.inextensible and np.max(np.abs(lengths / self.l - 1.0)) > EXACT:
+        if self.inextensible and np.max(np.abs(lengths / self.body.rod.l - 1.0)) > EXACT:
             raise InvalidInput(
                 "motion: the rod does not stretch and is held at both ends, but its segments can't have their lengths between "
                 "them in this initial shape; set stretch=True."
@@ -297,11 +363,17 @@ class System:
 
     def _velocities(self, state: State) -> Array:
         N, L, unit = self.segments, self.units.length, self.units.length / self.units.time
-        V = np.zeros((N + 1, 4))
+        V = np.zeros((self.edges + 1, 4))
         if self.motion.velocity is not None:
-            V[:, :3] = profile.vector("motion.velocity", self.motion.velocity, "m/s")(self.nodes * L) / unit
+            V[: N + 1, :3] = profile.vector("motion.velocity", self.motion.velocity, "m/s")(self.nodes * L) / unit
         middle = 0.5 * (self.nodes[:-1] + self.nodes[1:])
-        V[:-1, 3] = profile.scalar("motion.spin", self.motion.spin, "rad/s", "any")(middle * L) * self.units.time
+        V[:N, 3] = profile.scalar("motion.spin", self.motion.spin, "rad/s", "any")(middle * L) * self.units.time
+        if self.ring is not None:
+            if np.max(np.abs(V[N, :3] - V[0, :3])) > GAP * np.max(np.abs(V[:, :3])):
+                raise InvalidInput(
+                    "motion.velocity tears the ring: it is another one at s = L than at s = 0, one point."
+                )
+            V[N], V[N + 1, :3] = V[0], V[1, :3]
         for at, vertex in (("start", 0), ("end", N)):
             if self.body.fixed[4 * vertex]:
                 V[vertex, :3] = self._support_velocity(at, 0.0, 1e-4 * self.motion.duration)
@@ -309,7 +381,7 @@ class System:
             V[vertex, :3] -= (axis @ V[vertex, :3]) * axis
         if self.inextensible:
             t = state.t.reshape(-1, 3)[1:-1]
-            rate = np.abs(np.einsum("ni,ni->n", np.diff(V[:, :3], axis=0), t)) / self.l
+            rate = np.abs(np.einsum("ni,ni->n", np.diff(V[:, :3], axis=0), t)) / self.body.rod.l
             if np.max(rate) > 1e-6 * max(1.0, np.max(np.abs(V[:, :3]))):
                 raise InvalidInput(
                     "motion.velocity stretches the rod, which does not stretch; give velocities with v' across the tangent, or "
@@ -375,7 +447,7 @@ class System:
     def place_of(self, residual: Array) -> float:
         """Return the arc length in m at which packed numbers are largest."""
         packed = np.append(np.nan_to_num(np.abs(residual), nan=np.inf), 0.0).reshape(-1, 4).max(axis=1)
-        return float(self.nodes[int(np.argmax(packed))] * self.units.length)
+        return float(self.nodes[min(int(np.argmax(packed)), self.segments)] * self.units.length)
 
 
 def refuses(motion: Motion) -> str | None:
@@ -385,9 +457,7 @@ def refuses(motion: Motion) -> str | None:
         return "motion states rods that do not shear, but rod.shear is True; set shear=False."
     if problem.rod.coupled:
         return "motion states no section that couples bending or twist with stretch or shear, as this StiffnessMatrix does."
-    if isinstance(problem, Ring):
-        return "the rod is closed to a Ring; motion states rods with two ends."
-    for at in ENDS:
+    for at in () if isinstance(problem, Ring) else ENDS:
         support = getattr(problem, at)
         if support.twist != 0.0 and not (
             motion.initial == "equilibrium" or isinstance(motion.initial, EquilibriumSolution)
@@ -462,14 +532,27 @@ def new_state(N: int) -> State:
     return State(np.zeros(3 * N + 3), np.zeros(3 * N + 6), np.zeros(3 * N + 6), np.zeros(N + 1))
 
 
-def new_space(N: int) -> Space:
-    """Return room for a step of N edges."""
+def new_space(N: int, closed: bool = False) -> Space:
+    """Return room for a step of N edges, which may be closed to a ring."""
     n = 4 * N + 3
     work, lower = np.zeros(discrete_rod.WORK + 6), np.zeros(LOWER * n)
     base, step, residual = np.zeros(n), np.zeros(n), np.zeros(n)
     strains, tensions, reaction, power = np.zeros(3 * N + 3), np.zeros(N), np.zeros(12), np.zeros(2)
     ghost = np.zeros(rod_motion.GHOST)
-    return Space(base, step, residual, lower, work, new_state(N), strains, tensions, reaction, power, ghost)
+    border, corner = (np.zeros(size if closed else 0) for size in (LANES * n, CORNER))
+    return Space(
+        base, step, residual, lower, work, new_state(N), strains, tensions, reaction, power, ghost, border, corner
+    )
+
+
+def _transported(R: Array, t: Array) -> Array:
+    """Return the first directors of frames that do not twist along the tangents t (n, 3), from the frame R (3, 3) on."""
+    d1 = np.empty_like(t)
+    before, d = R[:, 2], R[:, 0]
+    for j, tangent in enumerate(t):
+        d = d - (d @ tangent) / (1.0 + before @ tangent) * (before + tangent)
+        before, d1[j] = tangent, d
+    return d1
 
 
 def frames_along(t: Array) -> Array:

@@ -67,7 +67,7 @@ class _Adaptive(Run):
         self.rtol, self.constant = rtol, step
         self.tolerance = NEWTON * rtol if step is None else 1e-10
         self.h = step or FIRST * system.motion.duration
-        self.middle, self.error = new_state(system.segments), np.empty_like(self.V)
+        self.middle, self.error = new_state(system.edges), np.empty_like(self.V)
         self.power, self.new_power = np.zeros(3), np.zeros(3)
         self._steady: Array | None = None
         self._tried = self.h

@@ -155,6 +155,18 @@ def backward(lower: Array, b: Array, j: np.uint64) -> None:
 
 
 @jit
+def substitute_back(lower: Array, n: int, b: Array) -> None:
+    """D L^T x = b, by the factors that `factor` left; x replaces b."""
+    whole = blocks(n)
+    for j in range(n - 1, BLOCK * whole - 1, -1):
+        b[j] /= lower[LOWER * j]
+        for k in range(1, min(n - 1 - j, REACH - j % BLOCK) + 1):
+            b[j] -= lower[LOWER * j + k] * b[j + k]
+    for block in range(np.uint64(whole)):
+        backward(lower, b, FOUR * (np.uint64(whole) - ONE - block))
+
+
+@jit
 def solve(lower: Array, n: int, b: Array) -> None:
     """L D L^T x = b, by the factors that `factor` left; x replaces b."""
     whole = blocks(n)
@@ -163,12 +175,7 @@ def solve(lower: Array, n: int, b: Array) -> None:
     for j in range(BLOCK * whole, n):
         for k in range(1, min(n - 1 - j, REACH - j % BLOCK) + 1):
             b[j + k] -= lower[LOWER * j + k] * b[j]
-    for j in range(n - 1, BLOCK * whole - 1, -1):
-        b[j] /= lower[LOWER * j]
-        for k in range(1, min(n - 1 - j, REACH - j % BLOCK) + 1):
-            b[j] -= lower[LOWER * j + k] * b[j + k]
-    for block in range(np.uint64(whole)):
-        backward(lower, b, FOUR * (np.uint64(whole) - ONE - block))
+    substitute_back(lower, n, b)
 
 
 @jit

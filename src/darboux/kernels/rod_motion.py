@@ -44,6 +44,8 @@ stands in equilibrium: by its free rotations phi, E the energy of the spring of 
 
     dE/dphi - moment = 0,     K = E_ee - E_e,phi (E_phi,phi)^-1 E_phi,e                                              (6)
 
+A ring is a chain whose last edge is its first one once more, without mass or stretching: see ring.py.
+
 Source of TR-BDF2: R. E. Bank et al., IEEE Trans. Computer-Aided Design 4 (1985) 436; its error estimate: M. E. Hosea,
 L. F. Shampine, Appl. Numer. Math. 20 (1996) 21, eq. (14).
 """
@@ -56,7 +58,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels import band
+from darboux.kernels import band, ring
 from darboux.kernels.algebra import (
     Vector,
     across,
@@ -188,6 +190,9 @@ class Body(NamedTuple):
     drag: Array  # (4) linear drag along and across the tangent, quadratic drag along and across, per length
     fixed: Flags  # (4 N + 3) unknowns that a support holds
     inextensible: bool
+    closing: (
+        Array  # (2) cosine and sine of the angle by which a ring's end is turned against its start; (0) with two ends
+    )
 
 
 class Space(NamedTuple):
@@ -204,6 +209,8 @@ class Space(NamedTuple):
     reaction: Array  # (12) force and moment of the support at the start, then at the end
     power: Array  # (2) dissipated, of the loads
     ghost: Array  # (GHOST) of a ghost that turns
+    border: Array  # (8 (4 N + 3)) of a ring, see ring.py; (0) with two ends
+    corner: Array  # (56)
 
 
 # Forces
@@ -718,7 +725,7 @@ def forces(
     old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
 ) -> None:
     """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
-    _, _, residual, lower, work, later, before, expected, reaction, power, ghost = space
+    _, _, residual, lower, work, later, before, expected, reaction, power, ghost, _, _ = space
     (
         rod,
         loads,
@@ -735,6 +742,7 @@ def forces(
         drag,
         _,
         inextensible,
+        closing,
     ) = body
     B, kappa0, l, EA, T, first, stop = rod
     f, C = loads
@@ -747,7 +755,7 @@ def forces(
         lower[:] = 0.0
     stiffness = work[WORK:]
     fluid, spin = vector(row, FLUID), vector(frame_spin, 0)
-    dragged = drag[0] + drag[1] + drag[2] + drag[3] > 0.0
+    dragged = l.size - closing.size // 2 if drag[0] + drag[1] + drag[2] + drag[3] > 0.0 else 0
     lost = of_loads = 0.0
     for i in range(l.size + 1):
         if i > 0:
@@ -758,7 +766,7 @@ def forces(
             tangent, couple = vector(t, 3 * i), sum_of(couples, 3 * i - 3, 3 * l.size, row)
             if dot(couple, couple) > 0.0:
                 of_loads += add_couple(x, V, tangent, i, couple, residual)
-            if dragged:
+            if i <= dragged:
                 for o in (4 * i - 4, 4 * i):
                     half = 0.5 * l[i - 1]
                     taken, given = drag_on(vector(V, o), fluid, tangent, half, drag, rate, o, hessian, residual, lower)
@@ -831,6 +839,17 @@ def add_inertia(
             J, r = mass[4 * i - 1], 1.0 / length(x, i, spread.size)
             add_moment(residual, i, vector(t, 3 * i), r, spin_change(x0, t0, x, t, V, start, rate, J, i, ends, r))
             lower[LOWER * (4 * i - 1)] += J * rate * rate
+
+
+@jit
+def solved(lower: Array, b: Array, closing: Array, border: Array, corner: Array) -> bool:
+    """Solve H x = b, a ring's by its own unknowns; x replaces b. False at a pivot that is zero or no number."""
+    if closing.size > 0:
+        return ring.solve(lower, b, border, corner)
+    if band.factor(lower, b.size) < 0:
+        return False
+    band.solve(lower, b.size, b)
+    return True
 
 
 @inline
@@ -969,7 +988,7 @@ def stage(
 
     `tolerance` bounds Newton's last change, as a turn in rad; what is left is its square or a small part of it.
     """
-    base, step, residual, lower, _, later, before, expected, reaction, _, _ = space
+    base, step, residual, lower, _, later, before, expected, reaction, _, _, border, corner = space
     rate, n = 1.0 / tau, V.size
     last = np.inf
     if ends:
@@ -989,11 +1008,10 @@ def stage(
             reaction[p], reaction[6 + p] = residual[p], residual[n - 3 + p]
         band.fix(lower, residual, body.fixed)
         project(body.holds, lower, residual)
-        if band.factor(lower, n) < 0:
-            return -1
         for k in range(n):
             residual[k] = -residual[k]
-        band.solve(lower, n, residual)
+        if not solved(lower, residual, body.closing, border, corner):
+            return -1
         size = largest_turn(body.rod.l, residual)
         if not size < LARGEST_TURN or (iteration > PATIENCE and size > max(last, FLOOR)):
             return -1
@@ -1008,7 +1026,9 @@ def stage(
 
 @inline
 def settle(now: State, body: Body) -> None:
-    """Keep the twists, so that whole turns are not lost."""
+    """Close a ring, and keep the twists, so that whole turns are not lost."""
+    if body.closing.size > 0:
+        ring.close(now.t, now.d1, body.closing)
     for i in range(body.rod.first, body.rod.stop):
         now.m[i] = strain(now.t, now.d1, now.m, i)[2]
 
@@ -1096,6 +1116,8 @@ def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A:
     if body.spread[0] == 0.0:
         for k in range(V.size):
             A[k] = 0.0 if body.fixed[k] else -space.residual[k] / body.mass[k]
+        if body.closing.size > 0:
+            ring.share(space.residual, body.mass, A)
         keep_from_sliding(body.holds, A)
         return
     A[:] = space.residual
@@ -1103,8 +1125,7 @@ def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A:
     add_inertia(now, now, V, V, 1.0, body, False, space.residual, space.lower)
     band.fix(space.lower, A, body.fixed)
     project(body.holds, space.lower, A)
-    band.factor(space.lower, V.size)
-    band.solve(space.lower, V.size, A)
+    solved(space.lower, A, body.closing, space.border, space.corner)
     for k in range(V.size):
         A[k] = -A[k]
 

@@ -96,8 +96,8 @@ def _frames(trajectory: Trajectory, times: Array, speed: float) -> Iterator[Fram
         words = f"{1.0 / speed:.3g} times slower" if speed < 1.0 else f"{speed:.3g} times faster"
         figure.text(0.97, 0.96, words, ha="right", va="top", color=palette.GREY)
     scene.line(smooth(trajectory, shapes[0]) / metres, color=palette.PALE, lw=2.0, zorder=1.0)
-    for s, support in trajectory.motion.problem.supports:
-        scene.dot(shapes[0, 0 if s == 0.0 else -1] / metres, marker="s" if support.clamps else "o", ms=5.0)
+    for place, support in trajectory.held:
+        scene.dot(place / metres, marker="s" if support.clamps else "o", ms=5.0)
     rod = scene.line(smooth(trajectory, shapes[0]) / metres, color=palette.BLUE, lw=2.4, zorder=4.0, animated=True)
     ends = moving_ends(trajectory)
     tails = [

@@ -142,7 +142,7 @@ def _trajectory(trajectory: Trajectory) -> Shown:
         chosen = np.unique(np.linspace(0, len(trajectory.times) - 1, SHAPES).astype(int))
         step = max(1, (len(trajectory.s) - 1) // (PLACES // 2))
         shapes = trajectory.positions[chosen][:, np.unique(np.append(np.arange(0, len(trajectory.s), step), -1))]
-        held = [trajectory.positions[0, 0 if s == 0.0 else -1] for s, _ in trajectory.motion.problem.supports]
+        held = [place for place, _ in trajectory.held]
         return _svg(list(shapes), [np.array(held).reshape(-1, 3)], Look.at(trajectory.positions), fan=True)
 
     word = trajectory.status.code.replace("_", " ")

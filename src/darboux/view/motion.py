@@ -60,11 +60,9 @@ def _panel(ax: Axes, trajectory: Trajectory, what: str, look: Look) -> None:
 
 def smooth(trajectory: Trajectory, r: Array) -> Array:
     """Return vertices r (..., N + 1, 3) as a smooth line through them, (..., m, 3)."""
-    from scipy.interpolate import CubicSpline
-
     if r.shape[-2] >= SAMPLES or r.shape[-2] < 4:
         return r
-    return np.asarray(CubicSpline(trajectory.s, r, axis=-2)(np.linspace(trajectory.s[0], trajectory.s[-1], SAMPLES)))
+    return np.asarray(trajectory.curve(r)(np.linspace(trajectory.s[0], trajectory.s[-1], SAMPLES)))
 
 
 def moving_ends(trajectory: Trajectory) -> list[int]:
@@ -98,9 +96,8 @@ def _fan(ax: Axes, trajectory: Trajectory, look: Look) -> None:
         stage.line(r, color=colour, lw=2.2 if first_or_last else 0.9, zorder=3.0 + 0.5 * i / len(times))
     for end in moving_ends(trajectory):
         stage.line(trajectory.positions[:, end], color=palette.VERMILION, lw=1.0, ls=(0, (3.0, 1.5)), zorder=4.0)
-    problem = trajectory.motion.problem
-    for s, support in problem.supports:
-        stage.hold(trajectory.positions[0, 0 if s == 0.0 else -1], support.clamps)
+    for place, support in trajectory.held:
+        stage.hold(place, support.clamps)
     _say_what_failed(ax, trajectory)
 
 

@@ -15,7 +15,7 @@ from darboux.dynamics.system import refuses
 from darboux.dynamics.tr_bdf2 import TRBDF2
 from darboux.errors import InvalidInput
 from darboux.motion import MassDamping, Motion
-from darboux.problem import Equilibrium
+from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, Status
 from darboux.trajectory import Trajectory
 from darboux.web.shape import SAMPLES, Shape
@@ -32,12 +32,12 @@ LEFT, AT_REST = 0.05, 0.005  # of L: still where it was; no longer moving
 def motion(before: EquilibriumSolution, problem: Equilibrium) -> Trajectory | None:
     """Return the damped motion from an equilibrium under what now holds and loads the rod.
 
-    None where the dynamic solver can't state it. The rod may stretch in it, however stiffly, as one that is held at both
-    ends could not set out otherwise.
+    None where the dynamic solver can't state it, and for a ring, which nothing would hold. The rod may stretch in it, however
+    stiffly, as one that is held at both ends could not set out otherwise.
     """
     try:
         stated = _movable(problem)
-        if refuses(Motion(stated, 1.0)) is not None:
+        if isinstance(stated, Ring) or refuses(Motion(stated, 1.0)) is not None:
             return None
         rod, zero = stated.rod, np.zeros(1)
         stiffness = rod.stiffness(zero)

@@ -209,7 +209,7 @@ class Marks:
 def supports(marks: Marks, problem: Equilibrium, shape: Shape, held: Any = None) -> list[Solid]:
     """Return the marks of all supports; ``held`` says of "start" and "end" whether they hold at this time."""
     parts: list[Solid] = []
-    if isinstance(problem, Ring):
+    if isinstance(problem, Ring) and (held is None or held("start")):
         parts += marks.support(problem.start, shape.r[0], shape.R[0], None)
     ends = () if isinstance(problem, Ring) else (("start", 0, -1.0), ("end", -1, 1.0))
     for at, i, sign in ends:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
-from darboux.problem import Equilibrium
+from darboux.problem import Equilibrium, Ring
 from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution
 from darboux.trajectory import Trajectory
@@ -53,11 +53,17 @@ def of(solution: EquilibriumSolution) -> Shape:
 
 def at(trajectory: Trajectory, t: float) -> Shape:
     """Return the shape at a time t in s; the strains are those of the discrete rod at its vertices, straight between them."""
-    from scipy.interpolate import CubicSpline
-
-    rod, now = trajectory.motion.problem.rod, trajectory.at(t)
-    middles = 0.5 * (now.s[1:] + now.s[:-1])
-    turns = frames.quaternion_of_matrix(np.einsum("nji,njk->nik", now.R[:-1], now.R[1:]))
+    problem, now = trajectory.motion.problem, trajectory.at(t)
+    rod, middles, edges = problem.rod, 0.5 * (now.s[1:] + now.s[:-1]), now.R
+    stretch = np.linalg.norm(np.diff(now.r, axis=0), axis=1) / np.diff(now.s) - 1.0
+    if isinstance(problem, Ring):  # the last edge stands in front of the first too, and the first behind the last
+        glue = frames.matrix_of_quaternion(
+            frames.quaternion_of_turn(np.array([[0.0, 0.0, frames.turn * problem.link]]))
+        )[0]
+        edges = np.concatenate([now.R[-1:] @ glue.T, now.R, now.R[:1] @ glue])
+        middles = np.concatenate([middles[-1:] - rod.length, middles, middles[:1] + rod.length])
+        stretch = np.concatenate([stretch[-1:], stretch, stretch[:1]])
+    turns = frames.quaternion_of_matrix(np.einsum("nji,njk->nik", edges[:-1], edges[1:]))
     turns *= np.where(turns[:, :1] < 0.0, -1.0, 1.0)
     sine = np.linalg.norm(turns[:, 1:], axis=1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, turns[:, :1])
@@ -65,16 +71,15 @@ def at(trajectory: Trajectory, t: float) -> Shape:
     s = _places(
         rod, float(np.mean(np.linalg.norm(curvature, axis=1))), len(middles) * max(4, -(-LEAST // len(middles)))
     )
-    spline = CubicSpline(now.s, now.r)
-    d3, d1 = spline(s, 1), _between(s, middles, now.R[:, :, 0])
+    spline = trajectory.curve(now.r)
+    d3, d1 = spline(s, 1), _between(s, middles, edges[:, :, 0])
     d3 /= np.linalg.norm(d3, axis=1, keepdims=True)
     d1 -= np.sum(d1 * d3, axis=1, keepdims=True) * d3
     d1 /= np.linalg.norm(d1, axis=1, keepdims=True)
-    k = _between(s, now.s[1:-1], curvature)
+    k = _between(s, now.s if len(curvature) == len(now.s) else now.s[1:-1], curvature)
     strains = np.zeros((len(s), 6))
     strains[:, 3:] = k - rod.k0(s)
     if rod.stretch:
-        stretch = np.linalg.norm(np.diff(now.r, axis=0), axis=1) / np.diff(now.s) - 1.0
         strains[:, 2] = np.interp(s, middles, stretch)
     forces = np.einsum("nij,nj->ni", rod.stiffness(s).matrix, strains)
     R = np.stack([d1, np.cross(d3, d1), d3], axis=-1)
