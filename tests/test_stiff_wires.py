@@ -47,3 +47,12 @@ def test_a_taut_wire_carries_its_weight_by_tension(span: float) -> None:
     T = EA * (span - 1.0) if span > 1.0 else (EA * w**2 / 24.0) ** (1.0 / 3.0)
     assert found.stable
     assert -found.r(0.5)[2] == pytest.approx(w / (8.0 * T), rel=0.05)
+
+
+def test_a_taut_wire_takes_ten_turns() -> None:
+    """Its tension, 1.7 per mille of EA, keeps it straight far beyond Greenhill's twist of the slack one."""
+    wire = dx.Rod(0.3, dx.Circle(0.175e-3), dx.Material(E=60e9, nu=0.33, density=6450), stretch=True)
+    found = dx.solve(dx.Equilibrium(wire, dx.Clamped(), dx.Clamped((0, 0, 0.3005), twist=10 * dx.turn)))
+    np.testing.assert_allclose(found.r(0.15), (0, 0, 0.15025), atol=1e-9)
+    assert found.stable
+    assert found.statistics["crossings"] == ()

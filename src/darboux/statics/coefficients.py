@@ -115,14 +115,14 @@ class Table:
             stretch += np.einsum("ni,nji,nj->n", D, R, y[:, MOMENT : MOMENT + 3])
         return float(np.min(stretch))
 
-    def lent(self, slack: float, stretches: bool) -> float:
+    def lent(self, slack: float, problem: Equilibrium) -> float:
         """Return the compliance of stretch that a rod held at both ends is lent on the way: ``slack``, or none.
 
-        None has a rod that is softer by itself, or so heavy that it hangs rather than buckles.
+        None has a rod that is softer by itself, or that stretches and is not pushed together: a tension that is missing on the way
+        would let a twisted wire buckle.
         """
-        first = self.coefficients[:, 0]
-        heavy = float(np.max(np.abs(first[:, DEAD_FORCE : DEAD_FORCE + 3]))) > HEAVY
-        return 0.0 if stretches and (heavy or float(np.max(np.abs(first[:, SINV : SINV + 3]))) >= slack) else slack
+        softest = float(np.max(np.abs(self.coefficients[:, 0, SINV : SINV + 3])))
+        return slack if not problem.rod.stretch or (softest < slack and is_pushed(problem)) else 0.0
 
     def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
         """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""
@@ -130,6 +130,16 @@ class Table:
         scaled[:, :, LOADS] *= load_factor
         scaled[:, 0, SINV + 2] += slack
         return Table(self.breaks, scaled)
+
+
+def is_pushed(problem: Equilibrium) -> bool:
+    """Return whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
+    held = [(s, np.array(at.position)) for s, at in problem.supports if all(at.held_displacement)]
+    held.sort(key=lambda pair: pair[0])
+    closer = any(float(np.linalg.norm(there - here)) < b - a for (a, here), (b, there) in pairwise(held))
+    scale = Scale.of(problem)
+    weight = problem.distributed(np.linspace(0.0, scale.length, 17)).a * (scale.length / scale.force)
+    return closer and float(np.max(np.linalg.norm(weight, axis=1))) < HEAVY
 
 
 def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:

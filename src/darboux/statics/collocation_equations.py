@@ -104,7 +104,7 @@ class Equations:
             for s, (support, load) in problem.stations.items()
         ]
         held_twice, sags = len(problem.supports) > 1, shape is not None and shape.sags
-        self.slack = self.table.lent(SLACK, problem.rod.stretch) if held_twice and not sags else 0.0
+        self.slack = self.table.lent(SLACK, problem) if held_twice and not sags else 0.0
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
         self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
         self.has_potential = stability.has_potential(problem)

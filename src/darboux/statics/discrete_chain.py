@@ -122,9 +122,8 @@ class Chain:
         self.stiffness = _ghosted(_six(B)).ravel()
         self.natural = _ghosted(at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
         self.kappa0 = self.first = self.natural  # at the load factor of now, at 0
-        heavy = float(np.max(np.abs(at_vertices[:, DEAD_FORCE : DEAD_FORCE + 3]))) > coefficients.HEAVY
         held_twice = len(self.problem.supports) > 1 and self.cable is None
-        self.lent = held_twice and not (self.problem.rod.stretch and heavy)
+        self.lent = held_twice and (not self.problem.rod.stretch or coefficients.is_pushed(self.problem))
         self.inextensible = not self.problem.rod.stretch and not self.lent
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
         self.f = _ghosted(at_vertices[:, force : force + 3] * self.V[:, None])

@@ -185,7 +185,7 @@ class _Pieces:
         self.table = coefficients.table(problem, self.scale)
         self.first = np.linspace(0.0, 1.0, pieces + 1)
         both = problem.start.holds and problem.end.holds
-        self.slack = self.table.lent(SLACK, problem.rod.stretch) if both else 0.0
+        self.slack = self.table.lent(SLACK, problem) if both else 0.0
         self.has_potential = stability.has_potential(problem)
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
         self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
