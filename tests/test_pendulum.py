@@ -7,7 +7,7 @@ import pytest
 
 import darboux as dx
 from darboux import frames
-from darboux.statics import laying
+from darboux.statics import pendulum
 
 ROD = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, mass=1.0))
 BENT = dx.Rod(1.0, dx.Stiffness(EI1=1.4, EI2=1.0, GJ=0.7, mass=1.0), natural=(0.5, 1.0, 2.0))
@@ -68,7 +68,7 @@ def test_the_turn_is_the_best_of_many() -> None:
     rng = np.random.default_rng(3)
     arms, forces = rng.normal(size=(2, 5, 3))
     for joint, k in ((dx.Pinned(), 3), (dx.Hinge(axis=(1, 2, 2)), 1), (dx.Universal(X, Y), 2)):
-        Q = laying.hanging(dx.Equilibrium(BENT, joint), arms, forces)
+        Q = pendulum.hanging(dx.Equilibrium(BENT, joint), arms, forces)
         assert Q is not None
 
         def work(Q: np.ndarray) -> float:

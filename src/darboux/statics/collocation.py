@@ -18,7 +18,7 @@ from darboux.errors import InvalidInput
 from darboux.kernels.collocation import FEWEST_STAGES, MOST_STAGES
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import first_shape, hanging_chain, laying, limits, load_path
+from darboux.statics import first_shape, hanging_chain, limits, load_path, pendulum
 from darboux.statics.coefficients import Scale
 from darboux.statics.collocation_equations import Equations, State
 from darboux.statics.collocation_refinement import refined
@@ -137,7 +137,7 @@ class Collocation:
             found = self._followed_from(problem, cable, hanging_chain.ORIGIN)
             if found.status.code == "converged" and not found.path.index:
                 return found
-        return self._followed_from(problem, first_shape.of_problem(problem), laying.origin(problem))
+        return self._followed_from(problem, first_shape.of_problem(problem), pendulum.origin(problem))
 
     def _followed_from(self, problem: Equilibrium, shape: FirstShape | None, origin: str) -> _Found:
         """Return where the path ends that begins with a shape (None: the rod's own), called ``origin`` in words."""

@@ -28,8 +28,8 @@ from darboux.statics import coefficients, load_path, stability
 from darboux.statics.coefficients import Scale
 from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, shape_of
-from darboux.statics.laying import at_rest
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
+from darboux.statics.pendulum import at_rest
 from darboux.statics.stability import Held, SecondVariation
 from darboux.supports import Support
 

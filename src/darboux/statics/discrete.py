@@ -20,7 +20,7 @@ from darboux.errors import InvalidInput
 from darboux.modes import Modes
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import discrete_fields, discrete_modes, hanging_chain, laying, limits, load_path
+from darboux.statics import discrete_fields, discrete_modes, hanging_chain, limits, load_path, pendulum
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
 
@@ -135,7 +135,7 @@ class DiscreteRod:
                 fallen = branch.fallen(shape)
                 shape, fell = fallen or shape, fallen is not None
                 path.index = 0 if fell else path.index
-            origin = laying.origin(problem) if chain.cable is None else hanging_chain.ORIGIN
+            origin = pendulum.origin(problem) if chain.cable is None else hanging_chain.ORIGIN
             code, message = load_path.ending(path, "DiscreteRod", origin)
             if fell:
                 message = (

@@ -35,7 +35,8 @@ from darboux.statics.coefficients import Scale
 from darboux.statics.discrete_ends import Block, End, rotation_vector
 from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, circle
-from darboux.statics.laying import hanging, laid
+from darboux.statics.laying import laid
+from darboux.statics.pendulum import hanging
 
 Array = NDArray[np.float64]
 
