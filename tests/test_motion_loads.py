@@ -249,3 +249,13 @@ def test_a_stiff_wire_between_two_pins_begins_at_rest(segments: int) -> None:
     assert np.max(np.abs(x.velocities[:3])) < 1e-7
     assert x.positions[-1][-1, 2] < -0.03  # an end that is cut off falls by g t^2 / 2 at least
     assert x.energy.drift < 1e-6
+
+
+def test_a_support_that_jerks_at_an_inextensible_rod_is_named() -> None:
+    rod = dataclasses.replace(ROD, stretch=False, natural=None)
+    jerk = dx.Moving(position=lambda t: (0, 0, t))
+    motion = dx.Motion(dx.Equilibrium(rod), 0.1, start=jerk, rotary_inertia=1e-6)
+    with pytest.raises(dx.InvalidInput, match="set out from rest, give the rod its velocity"):
+        dx.simulate(motion)
+    carried = dataclasses.replace(motion, velocity=lambda s: np.tile((0, 0, 1.0), (len(s), 1)))
+    assert dx.simulate(carried, dx.ImplicitMidpoint(10, step=0.01), records=1).status.converged

@@ -383,6 +383,11 @@ class System:
             t = state.t.reshape(-1, 3)[1:-1]
             rate = np.abs(np.einsum("ni,ni->n", np.diff(V[:, :3], axis=0), t)) / self.body.rod.l
             if np.max(rate) > 1e-6 * max(1.0, np.max(np.abs(V[:, :3]))):
+                if self.motion.velocity is None:
+                    raise InvalidInput(
+                        "a support moves along the rod from the first moment on, but the rod is at rest and does not stretch; let "
+                        "the support set out from rest, give the rod its velocity by motion.velocity, or set stretch=True."
+                    )
                 raise InvalidInput(
                     "motion.velocity stretches the rod, which does not stretch; give velocities with v' across the tangent, or "
                     "set stretch=True."
