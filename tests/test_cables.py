@@ -111,6 +111,26 @@ def test_a_power_line_over_three_poles(*, stretch: bool) -> None:
     assert exact.reactions.between[50.0].force[2] == pytest.approx(60.0 * w + M / 46.0 + M / 64.0, rel=5e-3)
 
 
+@pytest.mark.parametrize("stretch", [False, True])
+@pytest.mark.parametrize("weight", [(), (WEIGHT,)], ids=["weightless", "heavy"])
+def test_a_skipping_rope(weight, *, stretch: bool) -> None:
+    """Turning steadily it bows out by a half wave: the force along the axis is the same all along it, and it misses no other."""
+    rod = cable(3.0, 5e-3, stretch=stretch, material=dx.Material(E=5e7, nu=0.4, density=1100))
+    problem = dx.Equilibrium(rod, dx.Pinned(), dx.Pinned((2, 0, 0)), [dx.Rotation((15, 0, 0)), *weight])
+    exact, found = dx.solve(problem), dx.solve(problem, dx.DiscreteRod(200))
+    assert exact.stable
+    assert found.stable
+    n = exact.n(np.linspace(0.0, 3.0, 31))
+    np.testing.assert_allclose(n[:, 0], n[0, 0], rtol=1e-9)
+    bow = np.linalg.norm(exact.r(1.5)[1:])
+    assert 0.95 < bow < 1.1
+    np.testing.assert_allclose(np.linalg.norm(found.r(1.5)[1:]), bow, rtol=1e-3)
+    mass = 1100 * np.pi * 5e-3**2
+    s = np.linspace(0.0, 3.0, 301)
+    pull = mass * 15**2 * np.trapezoid(exact.r(s)[:, 2], s) - mass * 9.81 * 3.0 * len(weight)
+    np.testing.assert_allclose(n[0, 2] - n[-1, 2], pull, rtol=1e-3)
+
+
 def test_a_thread_of_rubber() -> None:
     rod = cable(1.0, 5e-4, stretch=True, material=RUBBER)
     found = dx.solve(dx.Equilibrium(rod, dx.Pinned(), dx.Pinned((0.7, 0, 0)), [WEIGHT]))

@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.loads import Distributed
 from darboux.problem import Equilibrium, Ring
 from darboux.statics import first_shape
 from darboux.statics.coefficients import HEAVY, Scale
@@ -27,6 +28,7 @@ ORIGIN = "the chain that hangs between its supports"
 TAUT = 1.0 - 1e-6  # of the length: at a longer chord the chain is a straight line
 PLACES = 129  # of a span
 MOST_ITERATIONS = 200
+BOW, MOST_TURNS, SETTLED = 0.2, 60, 1e-3  # of the length: the bow, the turns taken, and the change that is left
 SHORTEST_LINE = 2.0**-30
 
 
@@ -42,21 +44,50 @@ def hung(problem: Equilibrium) -> FirstShape | None:
     if np.any(np.linalg.norm(chords, axis=1) > TAUT * np.diff(places)):
         return None
     x = np.linspace(places[:-1], places[1:], PLACES, axis=1)  # (spans, PLACES)
-    loads = problem.distributed(x.ravel() * scale.length)
-    f = loads.a.reshape(*x.shape, 3) * (scale.length / scale.force)
-    heavy = float(np.mean(np.linalg.norm(f, axis=2)))
-    if heavy < HEAVY or np.any(loads.C):
+    first = np.array([(np.array(support.position) - scale.origin) / scale.length for _, support in supports[:-1]])
+    spans = _spans(problem.distributed(x.ravel() * scale.length), scale, x, first, chords)
+    if spans is None:
         return None
-    spans = [_tangents(*span, heavy ** (2.0 / 3.0)) for span in zip(x, f, chords, strict=True)]
-    tangents = [span[min(i, 1) :] for i, span in enumerate(spans) if span is not None]  # one where two spans meet
-    if len(tangents) < len(spans):
-        return None
+    t, heavy = spans
+    tangents = [span[min(i, 1) :] for i, span in enumerate(t)]  # one where two spans meet
     along = np.concatenate([span[min(i, 1) :] for i, span in enumerate(x)])
-    first = (np.array(problem.start.position) - scale.origin) / scale.length
-    shape = first_shape.untwisted(problem, along, np.concatenate(tangents), first)
+    shape = first_shape.untwisted(problem, along, np.concatenate(tangents), first[0])
     layer = 2.0 ** np.arange(np.floor(np.log2(heavy**-0.5)), -2.0)  # where the supports' directions die away
     layers = np.concatenate([place + sign * layer for place in places for sign in (1.0, -1.0)])
     return replace(shape, layers=tuple(np.unique(layers[(layers > 0.0) & (layers < 1.0)])))
+
+
+def _spans(loads: Distributed, scale: Scale, x: Array, first: Array, chords: Array) -> tuple[Array, float] | None:
+    """Return the tangents (spans, PLACES, 3) and the mean load per length; None where it is light, or draws the rod back.
+
+    A load that grows with r, as that of a skipping rope, is that of the chain which it makes, found by turns from a bow.
+    """
+    a, C = loads.a.reshape(*x.shape, 3), loads.C.reshape(*x.shape, 3, 3)
+    part = (x - x[:, :1]) / np.ptp(x, axis=1)[:, None]
+    r = first[:, None] + part[:, :, None] * chords[:, None]
+    values, axes = np.linalg.eigh(np.mean(C, axis=(0, 1)))
+    if np.any(values < 0.0):
+        return None
+    if values[-1] > 0.0:
+        most = axes[:, values > 0.99 * values[-1]]
+        along = most @ most.T @ np.mean(a, axis=(0, 1))  # to the side to which the dead loads pull
+        side = along / np.linalg.norm(along) if np.any(along) else axes[:, -1]
+        r = r + BOW * np.sin(np.pi * part)[:, :, None] * side
+    for _ in range(MOST_TURNS):
+        f = (a + np.einsum("spij,spj->spi", C, scale.origin + scale.length * r)) * (scale.length / scale.force)
+        heavy = float(np.mean(np.linalg.norm(f, axis=2)))
+        if heavy < HEAVY:
+            return None
+        spans = [_tangents(*span, heavy ** (2.0 / 3.0)) for span in zip(x, f, chords, strict=True)]
+        if any(span is None for span in spans):
+            return None
+        t = np.array(spans)
+        h = (x[:, 1:] - x[:, :-1])[:, :, None]
+        steps = np.cumsum(0.5 * h * (t[:, 1:] + t[:, :-1]), axis=1)
+        before, r = r, first[:, None] + np.concatenate([np.zeros_like(steps[:, :1]), steps], axis=1)
+        if values[-1] == 0.0 or np.max(np.abs(r - before)) < SETTLED:
+            break
+    return t, heavy
 
 
 def _tangents(x: Array, f: Array, chord: Array, e: float) -> Array | None:
