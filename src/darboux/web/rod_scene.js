@@ -134,7 +134,18 @@ function circleArrow(material, radius, width) {
   return turned;
 }
 
+// Letters that were drawn before, by text and colour: a new material is a new program of the graphics card, and slow.
+const LETTERS = new Map();
+
 function letter(text, colour) {
+  const known = LETTERS.get(text + colour) || lettered(text, colour);
+  LETTERS.set(text + colour, known);
+  const sprite = new THREE.Sprite(known);
+  sprite.scale.set(0.62, 0.62, 1);
+  return sprite;
+}
+
+function lettered(text, colour) {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 64;
   const pen = canvas.getContext("2d");
@@ -145,9 +156,13 @@ function letter(text, colour) {
   pen.fillText(text, 32, 34);
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = THREE.SRGBColorSpace;
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false }));
-  sprite.scale.set(0.62, 0.62, 1);
-  return sprite;
+  return new THREE.SpriteMaterial({ map, depthTest: false });
+}
+
+// Take what is drawn out of a scene, and free its shapes but not its materials.
+function emptied(group) {
+  group.traverse((part) => !part.isSprite && part.geometry?.dispose());
+  group.clear();
 }
 
 export default {
@@ -167,7 +182,12 @@ export default {
     this.direction = new THREE.Vector3(0.35, -1, 0.35).normalize();
     this.lamp = new THREE.DirectionalLight(0xffffff, 2.1);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f96, 1.6), this.lamp);
-    this.corner.add(new THREE.AmbientLight(0xffffff, 3));
+    this.signs = new THREE.Group(); // what holds and loads the rod
+    this.scene.add(this.signs);
+    this.inks = {
+      support: new THREE.MeshLambertMaterial(), load: new THREE.MeshLambertMaterial(),
+      axis: new THREE.MeshBasicMaterial(), direction: new THREE.MeshBasicMaterial(),
+    };
     this.material = new THREE.MeshLambertMaterial({ vertexColors: true });
     this.rod = new Tube(this.material);
     this.ghost = new Tube(new THREE.MeshBasicMaterial({ depthWrite: false })); // behind all else
@@ -243,9 +263,13 @@ export default {
     acting(glyphs, corner, size) {
       if (!this.renderer) return;
       this.size = size;
-      this.stated = glyphs;
       this.cornered = corner;
-      this.painted();
+      this.directed();
+      emptied(this.signs);
+      this.glyphs = glyphs.map((stated) => ({ ...stated, object: this.glyph(stated) }));
+      for (const glyph of this.glyphs) this.signs.add(glyph.object);
+      this.placed();
+      this.later();
     },
     others(list) {
       for (const mesh of this.overlays) {
@@ -404,36 +428,31 @@ export default {
     },
     painted() {
       if (!this.renderer) return;
-      const colours = this.colours();
+      const { ghost, support, load, ink } = this.colours(), { inks } = this;
       this.recoloured();
-      this.ghost.mesh.material.color.set(colours.ghost);
-      for (const old of [this.corner, ...this.glyphs.map((glyph) => glyph.object)])
-        old.traverse((part) => {
-          part.geometry?.dispose();
-          part.material?.map?.dispose();
-          part.material?.dispose();
-        });
-      this.corner.clear();
-      this.corner.add(new THREE.AmbientLight(0xffffff, 3));
-      const up = new THREE.Vector3(0, 1, 0);
-      const axis = (vector, text, colour, length, aside) => {
+      this.ghost.mesh.material.color.set(ghost);
+      for (const [material, colour] of [[inks.support, support], [inks.load, load], [inks.axis, ink], [inks.direction, load]])
+        material.color.set(colour);
+      this.directed();
+      this.later();
+    },
+    // The axes, and the directions of gravity and the like, in the corner.
+    directed() {
+      const { ink, load } = this.colours(), { inks } = this, up = new THREE.Vector3(0, 1, 0);
+      emptied(this.corner);
+      const axis = (vector, text, material, colour, length, aside) => {
         const direction = new THREE.Vector3(...vector).normalize();
-        const shown = arrow(new THREE.MeshBasicMaterial({ color: colour }), length, 0.075);
+        const shown = arrow(material, length, 0.075);
         shown.quaternion.setFromUnitVectors(up, direction);
         const name = letter(text, colour);
         name.position.copy(direction).multiplyScalar(aside ? 0.55 * length : length + 0.26);
         if (aside) name.position.add(Math.abs(direction.x) > 0.7 ? new THREE.Vector3(0, 0, -0.3) : new THREE.Vector3(-0.32, 0, 0));
         this.corner.add(shown, name);
       };
-      axis([1, 0, 0], "x", colours.ink, 1);
-      axis([0, 1, 0], "y", colours.ink, 1);
-      axis([0, 0, 1], "z", colours.ink, 1);
-      for (const { letter: text, vector } of this.cornered || []) axis(vector, text, colours.load, 0.8, true);
-      for (const glyph of this.glyphs) this.scene.remove(glyph.object);
-      this.glyphs = (this.stated || []).map((stated) => ({ ...stated, object: this.glyph(stated, colours) }));
-      for (const glyph of this.glyphs) this.scene.add(glyph.object);
-      this.placed();
-      this.later();
+      axis([1, 0, 0], "x", inks.axis, ink, 1);
+      axis([0, 1, 0], "y", inks.axis, ink, 1);
+      axis([0, 0, 1], "z", inks.axis, ink, 1);
+      for (const { letter: text, vector } of this.cornered || []) axis(vector, text, inks.direction, load, 0.8, true);
     },
     thickness() {
       const points = this.outline ? this.outline.points : [0];
@@ -441,9 +460,9 @@ export default {
       for (const x of points) largest = Math.max(largest, Math.abs(x));
       return largest;
     },
-    glyph(stated, colours) {
+    glyph(stated) {
       const L = this.size, width = Math.max(0.011 * L, 0.8 * this.thickness()), group = new THREE.Group();
-      const grey = new THREE.MeshLambertMaterial({ color: colours.support }), red = new THREE.MeshLambertMaterial({ color: colours.load });
+      const { support: grey, load: red } = this.inks;
       const side = Math.max(0.045 * L, 3 * this.thickness());
       if (stated.kind === "clamp") {
         const block = new THREE.Mesh(new THREE.BoxGeometry(1.7 * side, 1.7 * side, 0.55 * side), grey);
