@@ -240,7 +240,7 @@ class Page:
 
     def _begin(self, name: str, stated: Scenario, text: str = "") -> None:
         self.session, self.text = Session(name, stated), text
-        self.outline, self.frame, self.camera = None, None, ()
+        self.outline, self.frame, self.laid, self.camera = None, None, None, ()
         self.generation += 1
         self.chosen = None if text else name
         self.choice.set_value(self.chosen)
@@ -390,7 +390,7 @@ class Page:
     async def _step(self, session: Session) -> None:
         later = asyncio.get_running_loop().call_later(0.6, self._waiting)
         try:
-            event = await self.workers.run(session.step)
+            event, still = await self.workers.run(_solved, session, self.laid)
         finally:
             later.cancel()
         if session is not self.session or self._gone():
@@ -400,10 +400,10 @@ class Page:
             with self.client:
                 self._failed(event.words)
             return
-        await self._show(event)
+        await self._show(event, still)
 
-    async def _show(self, frame: Frame) -> None:
-        """Show a solution, after the way to it."""
+    async def _show(self, frame: Frame, still: Shape | None) -> None:
+        """Show a solution, after the way to it, and the unloaded rod."""
         problem, first, now = frame.solution.problem, self.frame is None, asyncio.get_running_loop().time()
         if first:
             self.relative_size = frame.shape.size / problem.rod.length
@@ -424,8 +424,8 @@ class Page:
                 self.scene.towards(frame.shape)
             await self._sent(frame.shape, section if new else None)
             laid = _unloaded_by(problem)
-            if new or laid != self.laid:
-                self.scene.unloaded(await self.workers.run(unloaded, problem))
+            if laid != self.laid:  # at once, so that the browser draws both in one go
+                self.scene.unloaded(still)
                 self.laid = laid
             self._greyed(False)
         self.untold = frame
@@ -567,6 +567,14 @@ class _Spoken:
             self.say(str(error))
             return True
         return False
+
+
+def _solved(session: Session, laid: Any) -> tuple[Frame | Failure, Shape | None]:
+    """Return the next step of a session, and the unloaded rod where that is another than the one for ``laid``."""
+    event = session.step()
+    if isinstance(event, Failure) or _unloaded_by(event.solution.problem) == laid:
+        return event, None
+    return event, unloaded(event.solution.problem)
 
 
 def _unloaded_by(problem: Any) -> Any:

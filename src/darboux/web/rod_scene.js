@@ -232,6 +232,7 @@ export default {
       if (outline) {
         this.outline = { points: floats(outline.points), bright: outline.bright, varies: outline.varies };
         this.rod.n = 0;
+        this.stilled();
       }
       this.data = floats(data);
       if (this.renderer) {
@@ -249,15 +250,20 @@ export default {
       this.$emit("received", number);
     },
     unloaded(data) {
-      if (!this.renderer || !this.outline) return;
-      this.ghost.mesh.visible = Boolean(data);
-      if (!data) return;
-      this.still = floats(data);
+      this.still = data ? floats(data) : null;
+      if (!this.renderer) return;
+      this.stilled();
+      this.followed();
+      this.later();
+    },
+    // The unloaded rod, behind all else.
+    stilled() {
+      if (!this.renderer) return;
+      this.ghost.mesh.visible = Boolean(this.still && this.outline);
+      if (!this.ghost.mesh.visible) return;
       const { points, bright, varies } = this.outline; // the middle's, where it varies
       const m = bright.length, at = varies ? 2 * m * Math.floor(points.length / (4 * m)) : 0;
       this.ghost.shaped(this.still, { points: points.slice(at, at + 2 * m), varies: false });
-      this.followed();
-      this.later();
     },
     // Glyphs: {kind, at (share of the rod), vector, follower}; in the corner: {letter, vector}.
     acting(glyphs, corner, size) {
