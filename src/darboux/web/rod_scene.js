@@ -7,7 +7,9 @@ const COLOURS = {
 };
 const GREY = { light: ["#b4b8bc", "#dcdfe2"], dark: ["#5b6168", "#7b828a"] };
 const SMOOTH = Math.cos(Math.PI / 5); // edges of an outline that turn by less are rounded
-const MARGIN = 0.82; // of the view that the rod fills
+const MARGIN = 0.82; // of the view that the rod fills ...
+const ABOVE = 40; // px that stay free above and below it, for words and the scale
+const REST = 250; // ms without a new picture, after which a processor draws the last one finely
 const FEW = 0.3; // of the view: a rod that is smaller is brought nearer
 
 function floats(text) {
@@ -173,7 +175,7 @@ export default {
   props: { dark: Boolean },
   mounted() {
     const [canvas, paper] = this.$el.children;
-    Object.assign(this, { canvas, paper, overlays: [], glyphs: [], frames: 0, drawn: 0, held: false, grey: false });
+    Object.assign(this, { canvas, paper, overlays: [], glyphs: [], frames: 0, drawn: 0, held: false, grey: false, standing: 0 });
     this.scene = new THREE.Scene();
     this.corner = new THREE.Scene();
     this.camera = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.1, 10);
@@ -195,7 +197,8 @@ export default {
     this.scene.add(this.rod.mesh, this.ghost.mesh);
     this.rod.mesh.visible = this.ghost.mesh.visible = false;
     try {
-      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !withoutGraphicsCard() });
+      this.software = withoutGraphicsCard();
+      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !this.software });
     } catch {
       this.$el.innerHTML = "<p style='padding:2em'>This browser draws no WebGL; the numbers and plots are still right.</p>";
       return;
@@ -217,6 +220,7 @@ export default {
     this.$emit("ready");
   },
   unmounted() {
+    clearTimeout(this.resting);
     this.watcher?.disconnect();
     this.controls?.dispose();
     this.renderer?.dispose();
@@ -335,7 +339,7 @@ export default {
       this.paper.width = w * scale;
       this.paper.height = h * scale;
       this.measure = "";
-      this.draw();
+      this.draw(true);
       const whole = document.createElement("canvas");
       [whole.width, whole.height] = [w * scale, h * scale];
       const pen = whole.getContext("2d");
@@ -364,18 +368,25 @@ export default {
         this.draw();
       });
     },
-    draw() {
-      const { renderer, camera, look } = this, size = 116, back = new THREE.Color(this.colours().back);
+    draw(fine) {
+      const { renderer, camera, look } = this, back = new THREE.Color(this.colours().back);
       this.lamp.position.copy(camera.position).add(new THREE.Vector3(0, 0, camera.top / camera.zoom));
       this.lamp.target.position.copy(this.controls.target);
       this.lamp.target.updateMatrixWorld();
-      const { clientWidth: w, clientHeight: h } = this.$el;
+      const { clientWidth: w, clientHeight: h } = this.$el, ratio = Math.min(window.devicePixelRatio, 2);
+      if (this.software) {
+        const wanted = fine ? Math.max(2, ratio) : ratio;
+        clearTimeout(this.resting);
+        if (!fine) this.resting = setTimeout(() => this.draw(true), REST);
+        if (renderer.getPixelRatio() !== wanted) renderer.setPixelRatio(wanted);
+      }
+      const [left, below, size] = this.free(w, h);
       renderer.setViewport(0, 0, w, h);
       renderer.setClearColor(back);
       renderer.clear();
       renderer.render(this.scene, camera);
       renderer.clearDepth();
-      renderer.setViewport(6, 6, size, size);
+      renderer.setViewport(left, below, size, size);
       look.position.copy(camera.position).sub(this.controls.target).normalize().multiplyScalar(5);
       look.up.copy(camera.up);
       look.lookAt(0, 0, 0);
@@ -383,6 +394,20 @@ export default {
       renderer.setViewport(0, 0, w, h);
       this.measured();
       this.$el.dataset.drawn = this.drawn += 1;
+      this.$el.dataset.corner = [left, below, size].join(" ");
+    },
+    // Where the axes stand, [from the left, from below, size] in px: where they stood, or else in a corner free of the rod.
+    free(w, h) {
+      const size = Math.min(116, 0.36 * Math.min(w, h)), high = h - size - 30, point = new THREE.Vector3(), seen = [];
+      const corners = [[6, 6], [w - size - 6, 46], [6, high], [w - size - 50, high]];
+      for (let o = 0; this.data && o < this.data.length; o += 9) {
+        point.set(this.data[o], this.data[o + 1], this.data[o + 2]).project(this.camera);
+        seen.push([(0.5 + 0.5 * point.x) * w, (0.5 + 0.5 * point.y) * h]);
+      }
+      const hits = ([x, y]) => seen.filter(([a, b]) => a > x - 8 && a < x + size + 8 && b > y - 8 && b < y + size + 8).length;
+      const counts = corners.map(hits), least = Math.min(...counts);
+      if (2 * least < counts[this.standing]) this.standing = counts.indexOf(least);
+      return [...corners[this.standing], size];
     },
     // A bar whose length is true in the picture's plane.
     measured() {
@@ -540,7 +565,8 @@ export default {
     },
     needed() {
       const { centre, wide, tall } = this.extent(), { clientWidth: w, clientHeight: h } = this.$el;
-      return { centre, height: Math.max(tall, (wide * h) / w, 0.15 * (this.size || 0), 1e-9) };
+      const room = Math.max(0.4, Math.min(1, (1 - (2 * ABOVE) / h) / MARGIN));
+      return { centre, height: Math.max(tall / room, (wide * h) / w, 0.15 * (this.size || 0), 1e-9) };
     },
     fitted() {
       const { centre, height } = this.needed();
