@@ -35,6 +35,7 @@ PATIENCE = 2.0  # s after which a frame counts as lost
 PICTURE = 1.0 / 30.0  # s that a picture of a snap is shown
 SPOKEN = 0.25  # s between two sets of numbers and plots while a slider moves: no eye reads faster
 REMEMBERED = 8.0  # s that a snap is spoken of
+BUSY = 0.25  # s after which a solve is seen to be under way
 QUIET = 0.4  # s of rest after which the address is brought up to date
 COLOURS = ("#e69f00", "#009e73", "#cc79a7")  # of the other theories
 WAITING = "Solving: a first solve, or a hard one, takes a few seconds."
@@ -167,6 +168,8 @@ class Page:
                 with ui.button(icon="fit_screen", on_click=self._fit).props("flat dense color=grey").classes("dx-tool"):
                     ui.tooltip("Show all of the rod")
                 with ui.element("div").classes("dx-said").props('role=status aria-live="polite"'):
+                    self.busy = ui.element("div").classes("dx-busy")
+                    self.busy.set_visibility(False)
                     self.state = ui.label(WAITING).classes("dx-state dx-unknown")
                     self.detail = ui.label("").classes("dx-detail")
             with ui.element("div").classes("dx-right").props('role=region aria-label="numbers and plots"'):
@@ -388,12 +391,16 @@ class Page:
             self._painted()
 
     async def _step(self, session: Session) -> None:
-        later = asyncio.get_running_loop().call_later(0.6, self._waiting)
+        later = asyncio.get_running_loop().call_later(BUSY, self._waiting)
         try:
             event, still = await self.workers.run(_solved, session, self.laid)
         finally:
             later.cancel()
-        if session is not self.session or self._gone():
+        if self._gone():
+            return
+        with self.client:
+            self.busy.set_visibility(False)
+        if session is not self.session:
             return
         if isinstance(event, Failure):
             await self._tell()
@@ -486,6 +493,7 @@ class Page:
 
     def _waiting(self) -> None:
         with self.client:
+            self.busy.set_visibility(True)
             self.state.set_text(WAITING)
             self._state_class("unknown")
 
