@@ -118,6 +118,23 @@ def test_is_whole(figure: Figure) -> None:
     drawing.assert_legends_hide_no_line(figure)
 
 
+@pytest.mark.parametrize("size", [(3.3, 2.6), (6.0, 4.5), None])
+@pytest.mark.parametrize("along", [(1, 0, 0), (0, -1, 0), (0, 0, 1), (1, 0.2, 0.1)])
+def test_narrow_shapes_in_space_keep_their_words_apart(
+    along: tuple[float, ...], size: tuple[float, float] | None
+) -> None:
+    d3 = np.array(along) / np.linalg.norm(along)
+    d1 = np.cross(d3, np.eye(3)[np.argmin(np.abs(d3))])
+    d1 /= np.linalg.norm(d1)
+    bent = dx.integrate(UNIT, k=(0.3, 0.1, 3.0), frame=np.stack([d1, np.cross(d3, d1), d3], axis=1))
+    ax = style.new_figure(*size, "constrained").add_subplot() if size else None
+    made = shapes.shape(bent, ax).get_figure(root=True)
+    made.draw_without_rendering()
+    assert drawing.is_space(made.axes[0])
+    drawing.assert_no_word_is_cut_off(made, least=8)
+    drawing.assert_no_two_words_lie_on_each_other(made)
+
+
 def test_says_its_units_in_short_numbers(figure: Figure) -> None:
     words = [t.get_text() for t in drawing.texts(figure)]
     ax = figure.axes[0]

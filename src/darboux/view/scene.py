@@ -311,10 +311,16 @@ class Scene:
         turn = (turn + 90.0) % 180.0 - 90.0
         turn = 90.0 if abs(abs(turn) - 90.0) < 1.0 else turn
         gap = 10.0 + depth + 0.6 * size
-        away = along * (1.0 if flat[0, 1] < flat[1, 1] else -1.0)  # from the corner that x and y share
+        offset = gap * normal
         way = np.ptp(self.ax.transData.transform(flat), axis=0) * 72.0 / self.ax.get_figure(root=True).dpi  # type: ignore[union-attr]
-        beside = max(0.0, 0.3 * size * len(label) - 0.5 * float(np.linalg.norm(way))) if i < 2 else 0.0
-        offset = gap * normal + beside * away / np.linalg.norm(away)
+        length = _length([label], size + 1.0)
+        if i < 2 and length > np.linalg.norm(
+            way
+        ):  # no room along the edge: level, below its numbers, from the corner outwards
+            outwards = np.sign(along[0]) * (1.0 if flat[0, 1] < flat[1, 1] else -1.0)
+            offset = (6.0 + 0.5 * depth) * normal - np.array([0.0, 1.4 * size + 1.0])
+            offset[0] += 0.5 * outwards * (length - way[0])
+            turn = 0.0
         self.text(
             edge.mean(axis=0),
             label,
@@ -330,8 +336,18 @@ def _words(value: float) -> str:
 
 
 def _width(ticks: Array, size: float) -> float:
-    """Return about how wide the longest number is, in points."""
-    return 0.5 * size * max(len(_words(value)) for value in ticks) if len(ticks) else 0.0
+    """Return how wide the longest number is, in points."""
+    return _length([_words(value) for value in ticks], size)
+
+
+def _length(words: Sequence[str], size: float) -> float:
+    """Return how long the longest of some words is, in points."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font = FontProperties(size=size)
+    widths = (text_to_path.get_text_width_height_descent(word, font, ismath="$" in word)[0] for word in words)  # type: ignore[arg-type]
+    return float(max(widths, default=0.0))
 
 
 def _nice_steps(least: float) -> Iterator[float]:
