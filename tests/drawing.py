@@ -94,6 +94,7 @@ def assert_all_is_finite(figure: Figure) -> None:
 
 def assert_legends_hide_no_line(figure: Figure) -> None:
     for legend in figure.findobj(Legend):
+        assert all(text.get_text().strip() for text in legend.get_texts()), "a line without a name"
         box = legend.get_window_extent()
         for ax in figure.axes:
             for line in ax.get_lines():

@@ -80,6 +80,7 @@ DRAWN: dict[str, Callable[[Any], Any]] = {
         f"{what} of {name}": lambda ax, name=name, what=what: fields.fields(solved(name), (what,), ax)[0]
         for name, what in (
             ("hanging", "curvature"),
+            ("helix", "curvature"),
             ("helix", "moments"),
             ("straight", "forces"),
             ("cable", "stress"),
