@@ -230,10 +230,11 @@ def _scale_bar(look: Look, scale: float, left: float, height: float) -> str:
     bar = prefix.round_number(0.25 * look.longest / metres)
     long = bar * metres * scale
     right, up = (named(axis).replace("$", "") for axis in look.camera.A[:2])
-    words = f"{right} \N{RIGHTWARDS ARROW}\N{EN SPACE}{up} \N{UPWARDS ARROW}" if look.flat and len(right + up) <= 4 else ""
+    words = f"\N{EM SPACE}{right} \N{RIGHTWARDS ARROW}\N{EN SPACE}{up} \N{UPWARDS ARROW}"  # plain spaces would be one
+    words = words if look.flat and len(right + up) <= 4 else ""
     y = height - 8.0
     return (
         f'<path d="M{left:.1f} {y - 4:.1f}v4h{long:.1f}v-4" stroke="currentColor"/>'
         f'<text x="{left + long + 6:.1f}" y="{y:.1f}" fill="currentColor" font-size="11" font-family="sans-serif">'
-        f"{html.escape(f'{bar:g} {unit}\N{EM SPACE}{words}'.rstrip())}</text>"
+        f"{html.escape(f'{bar:g} {unit}{words}')}</text>"
     )
