@@ -187,7 +187,9 @@ def test_the_lines_of_the_fields_are_the_solution() -> None:
         lines = np.stack([line.get_ydata() for line in ax.get_lines()], axis=1)
         np.testing.assert_allclose(lines[:, :3], np.einsum("nji,nj->ni", R, vectors), atol=1e-12)
         np.testing.assert_allclose(lines[:, 3], np.linalg.norm(vectors, axis=1))
-    natural, k = np.split(np.stack([line.get_ydata() for line in curvature.get_lines()], axis=1), 2, axis=1)
+    *drawn, sample = curvature.get_lines()
+    assert (sample.get_label(), len(sample.get_xdata())) == ("natural", 0)
+    natural, k = np.split(np.stack([line.get_ydata() for line in drawn], axis=1), 2, axis=1)
     np.testing.assert_allclose(k, solution.k(s))
     np.testing.assert_allclose(natural, np.tile([0, 0, 2.0], (len(s), 1)))
     assert energy.get_ylabel() == "energy (J/m)"
