@@ -366,7 +366,7 @@ def _length(words: Sequence[str], size: float) -> float:
     from matplotlib.textpath import text_to_path
 
     font = FontProperties(size=size)
-    widths = (text_to_path.get_text_width_height_descent(word, font, ismath="$" in word)[0] for word in words)  # type: ignore[arg-type]
+    widths = (text_to_path.get_text_width_height_descent(word, font, ismath="$" in word)[0] for word in words)
     return float(max(widths, default=0.0))
 
 
