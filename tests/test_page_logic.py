@@ -115,6 +115,8 @@ def test_readable_units() -> None:
     assert quantities.readable(1.234e-4, "N m") == "123.4 \N{MICRO SIGN}N m"
     assert quantities.readable(0.0, "J") == "0 J"
     assert quantities.readable(2.5e-2, "m") == "2.5 cm"
+    assert quantities.readable(1.09e-18, "N m") == "1.09 aN m"
+    assert quantities.readable(5.13e6, "1/m") == "5.13 1/\N{MICRO SIGN}m"
     assert quantities.pretty("kg/m^3") == "kg/m\N{SUPERSCRIPT THREE}"
 
 

@@ -38,6 +38,7 @@ REMEMBERED = 8.0  # s that a snap is spoken of
 BUSY = 0.25  # s after which a solve is seen to be under way
 QUIET = 0.4  # s of rest after which the address is brought up to date
 COLOURS = ("#e69f00", "#009e73", "#cc79a7")  # of the other theories
+OWN = ""  # the choice that is a scenario which the visitor brought
 WAITING = "Solving: a first solve, or a hard one, takes a few seconds."
 
 
@@ -135,7 +136,7 @@ class Page:
         self.untold: Frame | None = None
         self.moved: set[Control] = set()  # whose fields are not up to their sliders yet
         self.snapped = "", 0.0  # what was last said of a snap, and until when it stands
-        self.grey = False
+        self.grey = self.overlaid = False
         self.laid: Any = None  # what the unloaded rod was last drawn for
         self.told = 0.0
         self.text = ""  # of a scenario that the visitor brought
@@ -181,11 +182,11 @@ class Page:
 
     def _bar(self) -> None:
         ui.label("darboux").classes("dx-name")
-        titles = {name: entry.title for name, entry in self.shelf.items()}
-        self.choice = ui.select(titles, on_change=self._chosen).props(
+        self.titles = {name: entry.title for name, entry in self.shelf.items()}
+        self.choice = ui.select(self.titles, on_change=self._chosen).props(
             'dense outlined options-dense aria-label="scenario"'
         )
-        self.choice.style("width: 168px; flex: none")
+        self.choice.style("width: 190px; flex: none")
         self.upload = ui.upload(
             auto_upload=True, max_file_size=scenario.LARGEST, on_upload=self._brought, on_rejected=self._refused
         ).props("accept=.toml")
@@ -245,13 +246,13 @@ class Page:
         self.session, self.text = Session(name, stated), text
         self.outline, self.frame, self.laid, self.camera = None, None, None, ()
         self.generation += 1
-        self.chosen = None if text else name
-        self.choice.set_value(self.chosen)
+        self.chosen = OWN if text else name
+        self.choice.set_options({OWN: name} | self.titles if text else self.titles, value=self.chosen)
         self._note()
         self.wake.set()
 
     def _chosen(self, event: Any) -> None:
-        if event.value is not None and event.value != self.chosen:
+        if event.value in self.shelf and event.value != self.chosen:
             self._begin(event.value, self.shelf[event.value].scenario)
             self._controls()
 
@@ -292,8 +293,15 @@ class Page:
     def _compared(self) -> None:
         self.theories.set_visibility(self.compare.value)
         if not self.compare.value:
-            self.scene.others([])
+            self._bare()
         self.changed()
+
+    def _bare(self) -> None:
+        """Take the other theories' shapes away, which were those of other values."""
+        if self.overlaid:
+            self.overlaid = False
+            self.scene.others([])
+            self.theories.clear()
 
     def _fit(self) -> None:
         self.camera = ()
@@ -419,6 +427,7 @@ class Page:
         new = first or section != self.outline
         self.frame, self.outline = frame, section
         with self.client:
+            self._bare()
             if frame.way:
                 self.snapped = frame.words, now + REMEMBERED
                 self.state.set_text("The rod snaps ...")
@@ -556,6 +565,7 @@ class Page:
                     ui.label("" if theory.distance is None else f"{theory.distance:.1e}").classes("dx-value")
                     if theory.words:
                         ui.label(theory.words).classes("dx-words")
+        self.overlaid = True
         self.scene.others(
             [(c, theory.shape) for c, theory in zip(COLOURS, found, strict=True) if theory.shape is not None]
         )

@@ -235,8 +235,9 @@ export default {
     frame(number, data, outline) {
       if (outline) {
         this.outline = { points: floats(outline.points), bright: outline.bright, varies: outline.varies };
-        this.rod.n = 0;
         this.stilled();
+        const change = this.thickness() / this.signedFor;
+        if (!(change > 0.8 && change < 1.25)) this.signed(); // they are as large as the section asks for
       }
       this.data = floats(data);
       if (this.renderer) {
@@ -272,14 +273,17 @@ export default {
     // Glyphs: {kind, at (share of the rod), vector, follower}; in the corner: {letter, vector}.
     acting(glyphs, corner, size) {
       if (!this.renderer) return;
-      this.size = size;
-      this.cornered = corner;
+      Object.assign(this, { size, stated: glyphs, cornered: corner });
       this.directed();
-      emptied(this.signs);
-      this.glyphs = glyphs.map((stated) => ({ ...stated, object: this.glyph(stated) }));
-      for (const glyph of this.glyphs) this.signs.add(glyph.object);
+      this.signed();
       this.placed();
       this.later();
+    },
+    signed() {
+      this.signedFor = this.thickness();
+      emptied(this.signs);
+      this.glyphs = (this.stated || []).map((stated) => ({ ...stated, object: this.glyph(stated) }));
+      for (const glyph of this.glyphs) this.signs.add(glyph.object);
     },
     others(list) {
       for (const mesh of this.overlays) {

@@ -45,7 +45,7 @@ def numbers(solution: EquilibriumSolution, fields: Fields, energy: float) -> lis
         ("end of the rod", _vector(place, solution.problem.rod.length)),
         ("from end to end", readable(apart if apart > NOTHING * solution.problem.rod.length else 0.0, "m")),
         ("largest moment", readable(moment, "N m")),
-        ("largest |k|", f"{bent:.4g} 1/m"),
+        ("largest |k|", readable(bent, "1/m")),
         ("elastic energy", readable(energy, "J")),
         ("error of the shape", error(solution)),
     ]
