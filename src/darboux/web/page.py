@@ -438,11 +438,9 @@ class Page:
             self.scene.acting(problem, size)
             if first and not self.camera:
                 self.scene.towards(frame.shape)
-            await self._sent(frame.shape, section if new else None)
             laid = _unloaded_by(problem)
-            if laid != self.laid:  # at once, so that the browser draws both in one go
-                self.scene.unloaded(still)
-                self.laid = laid
+            await self._sent(frame.shape, section if new else None, (still,) if laid != self.laid else None)
+            self.laid = laid
             self._greyed(False)
         self.untold = frame
         if now - self.told > SPOKEN:
@@ -473,7 +471,9 @@ class Page:
             self.grey = grey
             self.scene.greyed(grey)
 
-    async def _sent(self, shape: Shape, section: Outline | None = None) -> None:
+    async def _sent(
+        self, shape: Shape, section: Outline | None = None, still: tuple[Shape | None] | None = None
+    ) -> None:
         """Send a shape, when the browser has taken those before."""
         while self.sent - self.received >= AHEAD:
             self.arrived.clear()
@@ -482,7 +482,7 @@ class Page:
             except TimeoutError:
                 self.received = self.sent
         self.sent += 1
-        self.scene.frame(self.sent, shape, section)
+        self.scene.frame(self.sent, shape, section, still)
 
     def _received(self, number: int) -> None:
         self.received = max(self.received, min(number, self.sent))

@@ -232,13 +232,15 @@ export default {
   },
   methods: {
     // -- what the server sends --------------------------------------------------------------------------------------
-    frame(number, data, outline) {
+    // Where `still` is null, the unloaded rod is the last one; where it is "", there is none.
+    frame(number, data, outline, still) {
+      if (still !== null) this.still = still ? floats(still) : null;
       if (outline) {
         this.outline = { points: floats(outline.points), bright: outline.bright, varies: outline.varies };
-        this.stilled();
         const change = this.thickness() / this.signedFor;
         if (!(change > 0.8 && change < 1.25)) this.signed(); // they are as large as the section asks for
       }
+      if (outline || still !== null) this.stilled();
       this.data = floats(data);
       if (this.renderer) {
         this.rod.shaped(this.data, this.outline);
@@ -253,13 +255,6 @@ export default {
       this.$el.dataset.frames = this.frames;
       this.$el.dataset.end = Array.from(this.data.slice(-9, -6), (x) => x.toPrecision(6)).join(" ");
       this.$emit("received", number);
-    },
-    unloaded(data) {
-      this.still = data ? floats(data) : null;
-      if (!this.renderer) return;
-      this.stilled();
-      this.followed();
-      this.later();
     },
     // The unloaded rod, behind all else.
     stilled() {
