@@ -297,6 +297,26 @@ def test_a_page_survives_its_server(tab: Any) -> None:
             until_end(tab, dx.solve(cantilever(0.35)).tip)
 
 
+def test_a_filament_of_micrometres_is_drawn_as_any_rod_in_its_own_units(tab: Any, address: str, tmp_path: Path) -> None:
+    rod = dx.Rod(10e-6, dx.Circle(3.5e-9), dx.Material(E=1.8e9, nu=0.3, density=1300))
+    pulled = dx.Equilibrium(rod, start=dx.Clamped(tangent=(0, 0, 1)), loads=[dx.EndForce((2e-12, 1e-12, -5e-13))])
+    scenario.Scenario(pulled).write(tmp_path / "filament.toml")
+    open_rod(tab, address)
+    tab.locator("input[type=file]").set_input_files(tmp_path / "filament.toml")
+    playwright.expect(field(tab, "load1.force.x")).to_have_value("2")
+    assert tab.inner_text('[data-key="load1.force.x"] .q-field__suffix') == "pN"
+    playwright.expect(tab.locator('[data-number="largest |k|"]')).to_contain_text("1/\N{MICRO SIGN}m")
+    assert "filament" in tab.inner_text(".dx-top")
+    tab.wait_for_timeout(600)
+    tab.locator(".dx-scene").screenshot(path=tmp_path / "scene.png")
+    from matplotlib.image import imread
+
+    picture = imread(tmp_path / "scene.png")[..., :3]
+    blue, orange = (picture[..., i] > picture[..., 2 - i] + 0.25 for i in (2, 0))
+    assert np.mean(blue) > 0.001
+    assert 0.0 < np.mean(orange) < 0.02  # the arrow of the force
+
+
 def test_ctrl_c_ends_the_server_and_an_open_page_says_so(tab: Any) -> None:
     with served() as (process, address):
         open_rod(tab, address)
