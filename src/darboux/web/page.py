@@ -29,7 +29,7 @@ from darboux.web.workers import Workers
 
 CSS = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
 STEPS = 1000  # of a slider
-OFTEN = 0.025  # s between a slider's messages
+OFTEN = 0.03  # s between a slider's messages
 AHEAD = 2  # frames on their way to the browser
 PATIENCE = 2.0  # s after which a frame counts as lost
 PICTURE = 1.0 / 30.0  # s that a picture of a snap is shown
@@ -338,7 +338,8 @@ class Page:
             ui.download.content(await self.workers.run(_file_of, solution), f"{self.session.name}.nc")
 
     def _save_picture(self) -> None:
-        self.scene.picture(f"{self.session.name}.png", self.session.name)
+        words = self.outline.words if self.outline else ""
+        self.scene.picture(f"{self.session.name}.png", f"{self.session.name}: {words}" if words else self.session.name)
 
     def _copy_link(self) -> None:
         with self._spoken():

@@ -10,6 +10,7 @@ const SMOOTH = Math.cos(Math.PI / 5); // edges of an outline that turn by less a
 const MARGIN = 0.82; // of the view that the rod fills ...
 const ABOVE = 40; // px that stay free above and below it, for words and the scale
 const REST = 250; // ms without a new picture, after which a processor draws the last one finely
+const BAR = [200, 46]; // px, of the canvas that the scale is drawn on
 const FEW = 0.3; // of the view: a rod that is smaller is brought nearer
 
 function floats(text) {
@@ -171,7 +172,7 @@ export default {
   template: `<div style="position:relative;overflow:hidden">
     <canvas style="position:absolute;inset:0;width:100%;height:100%;outline:none" tabindex="0" role="img"
       aria-label="The rod in space; drag to turn it, scroll to come nearer"></canvas>
-    <canvas style="position:absolute;inset:0;width:100%;height:100%;pointer-events:none"></canvas></div>`,
+    <canvas style="position:absolute;right:0;bottom:0;width:${BAR[0]}px;height:${BAR[1]}px;pointer-events:none"></canvas></div>`,
   props: { dark: Boolean },
   mounted() {
     const [canvas, paper] = this.$el.children;
@@ -335,15 +336,14 @@ export default {
       const { clientWidth: w, clientHeight: h } = this.$el, scale = Math.max(2, window.devicePixelRatio);
       this.renderer.setPixelRatio(scale);
       this.renderer.setSize(w, h, false);
-      this.paper.width = w * scale;
-      this.paper.height = h * scale;
+      [this.paper.width, this.paper.height] = BAR.map((side) => side * scale);
       this.measure = "";
       this.draw(true);
       const whole = document.createElement("canvas");
       [whole.width, whole.height] = [w * scale, h * scale];
       const pen = whole.getContext("2d");
       pen.drawImage(this.canvas, 0, 0, whole.width, whole.height);
-      pen.drawImage(this.paper, 0, 0, whole.width, whole.height);
+      pen.drawImage(this.paper, whole.width - this.paper.width, whole.height - this.paper.height);
       pen.font = `${13 * scale}px system-ui, sans-serif`;
       pen.fillStyle = this.colours().ink;
       pen.fillText(title, 14 * scale, 24 * scale);
@@ -410,7 +410,7 @@ export default {
     },
     // A bar whose length is true in the picture's plane.
     measured() {
-      const { clientWidth: w, clientHeight: h } = this.$el, scale = this.paper.width / w, pen = this.paper.getContext("2d");
+      const { clientWidth: w, clientHeight: h } = this.$el, scale = this.paper.width / BAR[0], pen = this.paper.getContext("2d");
       const perMetre = (h * this.camera.zoom) / (this.camera.top - this.camera.bottom), room = Math.min(160, 0.25 * w) / perMetre;
       const power = Math.pow(10, Math.floor(Math.log10(room)));
       const length = power * [5, 2, 1].find((step) => step * power <= room);
@@ -421,10 +421,10 @@ export default {
       if (said === this.measure) return;
       this.measure = said;
       pen.setTransform(scale, 0, 0, scale, 0, 0);
-      pen.clearRect(0, 0, w, h);
+      pen.clearRect(0, 0, ...BAR);
       pen.strokeStyle = pen.fillStyle = this.colours().ink;
       pen.lineWidth = 2;
-      const right = w - 18, left = right - length * perMetre, y = h - 18;
+      const right = BAR[0] - 18, left = right - length * perMetre, y = BAR[1] - 18;
       pen.beginPath();
       pen.moveTo(left, y - 5);
       pen.lineTo(left, y);
@@ -441,8 +441,7 @@ export default {
       if (!w || !h) return;
       this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(w, h, false);
-      this.paper.width = w * ratio;
-      this.paper.height = h * ratio;
+      [this.paper.width, this.paper.height] = BAR.map((side) => side * ratio);
       this.measure = "";
       const half = this.camera.top;
       [this.camera.left, this.camera.right] = [(-half * w) / h, (half * w) / h];
