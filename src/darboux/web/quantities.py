@@ -33,10 +33,8 @@ SHOWN = {
     "rad/s": ("rpm",),
 }
 FACTORS = {"turn": 2.0 * math.pi, "rpm": 2.0 * math.pi / 60.0, "1/mm": 1e3, "1/um": 1e6, "1/nm": 1e9}
-PREFIXES = {
-    **{"G": 1e9, "M": 1e6, "k": 1e3, "c": 1e-2, "m": 1e-3, "u": 1e-6},
-    **{"n": 1e-9, "p": 1e-12, "f": 1e-15, "a": 1e-18, "z": 1e-21},
-}
+SIZES = (1e9, 1e6, 1e3, 1e-2, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-18, 1e-21)
+PREFIXES = dict(zip("GMkcmunpfaz", SIZES, strict=True))
 WORDS = {
     "E": "modulus E",
     "density": "density",
