@@ -244,6 +244,16 @@ def test_the_picture_shows_the_rod_where_it_lies(bent: dx.EquilibriumSolution, t
     assert (tmp_path / "rod.png").read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.parametrize("size", [(180, 600), (300, 800), (160, 120), (900, 200)])
+def test_no_word_is_cut_off_at_the_edges(bent: dx.EquilibriumSolution, size: tuple[int, int]) -> None:
+    stage = show.staged(bent, show.Look(field="stress", thicker=3.0))
+    assert stage.overlay.notes == ["section drawn 3 times as thick"]
+    pixels = stage.pixels(size)
+    border = np.ones(pixels.shape[:2], dtype=bool)
+    border[2:-2, 2:-2] = False
+    np.testing.assert_array_equal(pixels[border], 255)
+
+
 WINDOW = """
 import sys
 import darboux as dx

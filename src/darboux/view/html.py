@@ -140,8 +140,9 @@ def _comparison(found: Comparison) -> Shown:
 def _trajectory(trajectory: Trajectory) -> Shown:
     def picture() -> str:
         chosen = np.unique(np.linspace(0, len(trajectory.times) - 1, SHAPES).astype(int))
-        step = max(1, (len(trajectory.s) - 1) // (PLACES // 2))
-        shapes = trajectory.positions[chosen][:, np.unique(np.append(np.arange(0, len(trajectory.s), step), -1))]
+        last = len(trajectory.s) - 1
+        places = np.unique(np.append(np.arange(0, last, max(1, last // (PLACES // 2))), last))
+        shapes = trajectory.positions[chosen][:, places]
         held = [trajectory.positions[0, 0 if s == 0.0 else -1] for s, _ in trajectory.motion.problem.supports]
         return _svg(list(shapes), [np.array(held).reshape(-1, 3)], Look.at(trajectory.positions), fan=True)
 
