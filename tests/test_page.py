@@ -277,6 +277,7 @@ def test_a_hard_solve_is_seen_to_be_under_way_and_others_do_not_wait(tab: Any, b
     until_end(other, dx.solve(cantilever(0.3)).tip)
     tab.wait_for_selector(".dx-busy", state="hidden")
     playwright.expect(tab.locator(".dx-good")).to_be_visible()
+    playwright.expect(tab.locator('[data-number="link"]')).to_have_text("1.4 turns: it passed through itself")
     context.close()
 
 

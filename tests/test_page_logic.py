@@ -326,6 +326,21 @@ def test_a_thin_section_is_drawn_thicker_and_this_is_said() -> None:
     assert cone.content["varies"]
 
 
+def test_a_ring_that_passed_through_itself_says_so() -> None:
+    session = Session("ring", stated("ring"))
+    shown = rest(session)
+    assert isinstance(shown, Frame)
+    assert words.link(shown.solution) == [("link", "2 turns")]
+    session.ask("link", 3.4)  # a planar ring of this material is stable up to sqrt(3) EI / GJ = 2.30 turns
+    shown = rest(session)
+    assert isinstance(shown, Frame)
+    assert session.values["link"] == 3.4
+    assert words.link(shown.solution) == [("link", "1.4 turns: it passed through itself")]
+    cantilever = rest(Session("cantilever", stated("cantilever")))
+    assert isinstance(cantilever, Frame)
+    assert words.link(cantilever.solution) == []
+
+
 def test_stability_in_words() -> None:
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.3, GJ=0.7))
     unstable = dx.solve(dx.Equilibrium(rod, loads=[dx.EndForce((0, 0, -3.0))]), dx.DiscreteRod(40))

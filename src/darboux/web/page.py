@@ -456,7 +456,7 @@ class Page:
             return
         frame, self.untold = self.untold, None
         self.told = asyncio.get_running_loop().time()
-        energy = await self.workers.run(lambda: frame.solution.energy.elastic)
+        rows = await self.workers.run(_numbers, frame)
         with self.client:
             self.plots.show(frame.fields)
             text, kind = words.state(frame.solution)
@@ -464,7 +464,7 @@ class Page:
             self._state_class(kind)
             sentence, until = self.snapped
             self.detail.set_text(sentence if self.told < until else words.how(frame.solution.status.message))
-            self._numbered(words.numbers(frame.solution, frame.fields, energy))
+            self._numbered(rows)
             self._note()
 
     def _greyed(self, grey: bool) -> None:
@@ -511,6 +511,9 @@ class Page:
         self.state.classes(replace=f"dx-state dx-{kind}")
 
     def _numbered(self, rows: list[tuple[str, str]]) -> None:
+        if list(self.values) != [key for key, _ in rows]:  # a ring has a link
+            self.numbers.clear()
+            self.values.clear()
         for key, value in rows:
             if key not in self.values:
                 with self.numbers:
@@ -594,6 +597,10 @@ def _solved(session: Session, laid: Any) -> tuple[Frame | Failure, Shape | None]
     if isinstance(event, Failure) or _unloaded_by(event.solution.problem) == laid:
         return event, None
     return event, unloaded(event.solution.problem)
+
+
+def _numbers(frame: Frame) -> list[tuple[str, str]]:
+    return words.numbers(frame.solution, frame.fields, frame.solution.energy.elastic)
 
 
 def _unloaded_by(problem: Any) -> Any:

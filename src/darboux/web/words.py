@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from darboux.problem import Ring
 from darboux.solution import EquilibriumSolution
 from darboux.web.quantities import readable
 from darboux.web.shape import Fields
 
+LOST = 1e-3  # turns
 NOTHING = 1e-9  # of the length: shown as zero
 
 
@@ -48,7 +50,18 @@ def numbers(solution: EquilibriumSolution, fields: Fields, energy: float) -> lis
         ("largest |k|", readable(bent, "1/m")),
         ("elastic energy", readable(energy, "J")),
         ("error of the shape", error(solution)),
+        *link(solution),
     ]
+
+
+def link(solution: EquilibriumSolution) -> list[tuple[str, str]]:
+    """Return the link of a ring, and whether it is the one asked for: two turns go each time the rod passes through itself."""
+    problem = solution.problem
+    if not isinstance(problem, Ring) or problem.rod.shear:
+        return []
+    found = solution.link
+    lost = abs(found - problem.link) > LOST
+    return [("link", f"{found:.4g} turns" + (": it passed through itself" if lost else ""))]
 
 
 def error(solution: EquilibriumSolution) -> str:
