@@ -1,7 +1,8 @@
-"""The command: `darboux paper` for the first time and again, and what an import costs. Each is a process of its own.
+"""The command: `darboux paper` for the first time and again, a first picture of a scenario, and what an import costs.
 
-The first `darboux paper` finds no compiled kernels (DARBOUX_CACHE is an empty folder) and no list of fonts
-(MPLCONFIGDIR is another): a fresh machine with the installation left out. The second finds what the first left.
+Each is a process of its own. The first `darboux paper` finds no compiled kernels (DARBOUX_CACHE is an empty folder) and
+no list of fonts (MPLCONFIGDIR is another): a fresh machine with the installation left out. The second finds what the
+first left.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 
 from benchmarks.timing import Row, Spread, interleaved
 
-FIRST_S, SECOND_S, IMPORT_MS = 90.0, 15.0, 300.0
+FIRST_S, SECOND_S, IMPORT_MS, PICTURE_MS = 90.0, 15.0, 300.0, 3000.0
 FIRST_SOLUTION = """
 import darboux as dx
 rod = dx.Rod(length=0.25, section=dx.Circle(radius=1e-3), material=dx.Material(E=1e6, nu=0.5, density=1e3))
@@ -35,12 +36,23 @@ def rows(quick: bool) -> Iterator[Row]:
 def _imports(rounds: int) -> Iterator[Row]:
     scripts = ("import numpy", "import numpy, darboux", FIRST_SOLUTION)
     programs = [[sys.executable, "-c", script] for script in scripts] + [[*_darboux(), "--help"]]
-    times = interleaved(*(partial(_run, program) for program in programs), rounds=rounds)
-    numpy, with_darboux, solution, help_ = times
+    with tempfile.TemporaryDirectory() as folder:
+        stated = f"{folder}/cantilever.toml"
+        _run([*_darboux(), "new", "cantilever", "--out", stated])
+        programs += [[*_darboux(), verb, stated, "--out", f"{folder}/rod.png"] for verb in ("plot", "view")]
+        times = interleaved(*(partial(_run, program) for program in programs), rounds=rounds)
+    numpy, with_darboux, solution, help_, figure, scene = times
     for key, what, values, most in (
         ("import", "import darboux, beyond import numpy", with_darboux - numpy, IMPORT_MS),
         ("help", "darboux --help", help_, None),
         ("first_solution", "a new process solves figure 5, kernels compiled before", solution, None),
+        (
+            "first_picture",
+            "darboux plot cantilever.toml: solved and drawn, kernels compiled before",
+            figure,
+            PICTURE_MS,
+        ),
+        ("first_scene", "darboux view cantilever.toml: the same in space", scene, PICTURE_MS),
     ):
         share = float(np.median(values) / np.median(numpy))
         yield Row(f"command.{key}", what, Spread.of(1e3 * values), "ms", most=most, guard=1.0 + share)

@@ -32,11 +32,20 @@ if TYPE_CHECKING:
 
     from benchmarks.timing import Row, Spread
 
-FAMILIES = ("initial_value", "discrete_rod", "collocation", "against_pyelastica", "motion", "neutral_judge", "command")
+FAMILIES = (
+    "initial_value",
+    "discrete_rod",
+    "collocation",
+    "against_pyelastica",
+    "motion",
+    "neutral_judge",
+    "command",
+    "page",
+)
 LAST = ROOT / "benchmarks" / "last.json"
 PAGE = ROOT / "docs" / "benchmarks.md"
 SLOWER = 1.3  # than the last recorded run, in units of something timed in the same run: worth a look
-PACKAGES = ("darboux", "numpy", "scipy", "numba", "matplotlib", "pyelastica", "mujoco", "cosseratbench")
+PACKAGES = ("darboux", "numpy", "scipy", "numba", "matplotlib", "nicegui", "pyelastica", "mujoco", "cosseratbench")
 HEADINGS = ("what", "against", "ours", "theirs", "ratio", "spread", "target", "our error", "their error", "")
 WORDS = ("what", "against", "")
 

@@ -41,13 +41,40 @@ def assert_no_word_is_cut_off(figure: Figure, least: int) -> None:
 
 
 def assert_no_two_words_lie_on_each_other(figure: Figure) -> None:
-    seen = [(t.get_text(), t.get_window_extent()) for t in texts(figure) if t.get_rotation() in (0.0, 90.0)]
+    seen = [(text.get_text(), corners(text)) for text in texts(figure)]
     for i, (a, box) in enumerate(seen):
         for b, other in seen[i + 1 :]:
-            across = min(box.x1, other.x1) - max(box.x0, other.x0)
-            up = min(box.y1, other.y1) - max(box.y0, other.y0)
-            smaller = min(box.width * box.height, other.width * other.height)
-            assert across <= 0 or up <= 0 or across * up < 0.15 * smaller, (a, b)
+            assert overlap(box, other) < 0.15 * min(side(box), side(other)), (a, b)
+
+
+def corners(text: Text) -> np.ndarray:
+    """The corners (4, 2) of the box around a text, turned as it is."""
+    turn = text.get_rotation()
+    middle = text.get_window_extent().get_points().mean(axis=0)
+    text.set_rotation(0.0)
+    box = text.get_window_extent()
+    text.set_rotation(turn)
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    half = 0.5 * np.array(
+        [[-box.width, -box.height], [box.width, -box.height], [box.width, box.height], [-box.width, box.height]]
+    )
+    return middle + half @ np.array([[c, s], [-s, c]])
+
+
+def side(box: np.ndarray) -> float:
+    """The shorter side of a box."""
+    return float(min(np.linalg.norm(box[1] - box[0]), np.linalg.norm(box[2] - box[1])))
+
+
+def overlap(one: np.ndarray, other: np.ndarray) -> float:
+    """How deep two boxes lie in each other, in the direction in which it is least."""
+    depths = []
+    for box in (one, other):
+        for way in (box[1] - box[0], box[2] - box[1]):
+            direction = way / max(float(np.linalg.norm(way)), 1e-9)
+            a, b = one @ direction, other @ direction
+            depths.append(min(a.max(), b.max()) - max(a.min(), b.min()))
+    return float(min(depths))
 
 
 def assert_one_scale_for_all_directions(figure: Figure) -> None:
@@ -67,6 +94,7 @@ def assert_all_is_finite(figure: Figure) -> None:
 
 def assert_legends_hide_no_line(figure: Figure) -> None:
     for legend in figure.findobj(Legend):
+        assert all(text.get_text().strip() for text in legend.get_texts()), "a line without a name"
         box = legend.get_window_extent()
         for ax in figure.axes:
             for line in ax.get_lines():

@@ -118,6 +118,8 @@ def test_what_does_not_converge_exits_with_one_and_is_kept(run: Any) -> None:
     dx.Equilibrium(rod, end=dx.Clamped(position=(0, 0, 0.5))).to_toml("pushed.toml", dx.Shooting())
     sentence(run("solve", "pushed.toml", "-q", "--out", "pushed.nc"), 1, "NotConverged: ")
     assert dx.open("pushed.nc").load_factor < 1.0
+    sentence(run("plot", "pushed.toml"), 1, "NotConverged: ")
+    assert Path("pushed-shape.png").exists()
     result = run("solve", "pushed.toml", "--json")
     sentence(result, 1, "NotConverged: ")
     numbers = json.loads(result.stdout)
@@ -138,7 +140,9 @@ def test_mistakes_are_one_sentence_and_exit_with_two(run: Any) -> None:
     sentence(run("compare", "cantilever.toml", "--methods", "shooting"), 2, "two or more")
     sentence(run("compare", "cantilever.toml", "--out", "a.doc"), 2, ".png, .svg, .pdf")
     sentence(run("new", "cantilver"), 2, "Did you mean 'cantilever'?")
-    sentence(run("plot", "cantilever.toml"), 2, "no result of darboux")
+    Path("none.nc").write_text(text)
+    sentence(run("plot", "none.nc"), 2, "no result of darboux")
+    sentence(run("plot", "none.toml"), 2, "none.toml is no file")
     run("solve", "cantilever.toml", "--out", "a.nc", "-q")
     sentence(run("plot", "a.nc", "--what", "shapes"), 2, "Did you mean 'shape'?")
     sentence(run("export", "a.nc", "--to", "cvs"), 2, "Did you mean 'csv'?")
@@ -276,6 +280,9 @@ def test_pictures_of_a_result(run: Any) -> None:
         assert Path(f"{what}.{ending}").read_bytes().startswith(start)
     assert "a-shape.png" in run("plot", "a.nc").stdout
     sentence(run("plot", "a.nc", "--out", "a.gif"), 2, "An equilibrium does not move")
+    for name in ("a.nc", "cantilever.toml"):
+        run("plot", name, "--out", f"{name}.svg")
+    assert Path("cantilever.toml.svg").read_text() == Path("a.nc.svg").read_text()
 
 
 def test_pictures_of_a_motion(run: Any) -> None:

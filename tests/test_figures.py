@@ -80,6 +80,7 @@ DRAWN: dict[str, Callable[[Any], Any]] = {
         f"{what} of {name}": lambda ax, name=name, what=what: fields.fields(solved(name), (what,), ax)[0]
         for name, what in (
             ("hanging", "curvature"),
+            ("helix", "curvature"),
             ("helix", "moments"),
             ("straight", "forces"),
             ("cable", "stress"),
@@ -116,6 +117,23 @@ def test_is_whole(figure: Figure) -> None:
     drawing.assert_one_scale_for_all_directions(figure)
     drawing.assert_all_is_finite(figure)
     drawing.assert_legends_hide_no_line(figure)
+
+
+@pytest.mark.parametrize("size", [(3.3, 2.6), (6.0, 4.5), None])
+@pytest.mark.parametrize("along", [(1, 0, 0), (0, -1, 0), (0, 0, 1), (1, 0.2, 0.1)])
+def test_narrow_shapes_in_space_keep_their_words_apart(
+    along: tuple[float, ...], size: tuple[float, float] | None
+) -> None:
+    d3 = np.array(along) / np.linalg.norm(along)
+    d1 = np.cross(d3, np.eye(3)[np.argmin(np.abs(d3))])
+    d1 /= np.linalg.norm(d1)
+    bent = dx.integrate(UNIT, k=(0.3, 0.1, 3.0), frame=np.stack([d1, np.cross(d3, d1), d3], axis=1))
+    ax = style.new_figure(*size, "constrained").add_subplot() if size else None
+    made = shapes.shape(bent, ax).get_figure(root=True)
+    made.draw_without_rendering()
+    assert drawing.is_space(made.axes[0])
+    drawing.assert_no_word_is_cut_off(made, least=8)
+    drawing.assert_no_two_words_lie_on_each_other(made)
 
 
 def test_says_its_units_in_short_numbers(figure: Figure) -> None:
@@ -169,7 +187,9 @@ def test_the_lines_of_the_fields_are_the_solution() -> None:
         lines = np.stack([line.get_ydata() for line in ax.get_lines()], axis=1)
         np.testing.assert_allclose(lines[:, :3], np.einsum("nji,nj->ni", R, vectors), atol=1e-12)
         np.testing.assert_allclose(lines[:, 3], np.linalg.norm(vectors, axis=1))
-    natural, k = np.split(np.stack([line.get_ydata() for line in curvature.get_lines()], axis=1), 2, axis=1)
+    *drawn, sample = curvature.get_lines()
+    assert (sample.get_label(), len(sample.get_xdata())) == ("natural", 0)
+    natural, k = np.split(np.stack([line.get_ydata() for line in drawn], axis=1), 2, axis=1)
     np.testing.assert_allclose(k, solution.k(s))
     np.testing.assert_allclose(natural, np.tile([0, 0, 2.0], (len(s), 1)))
     assert energy.get_ylabel() == "energy (J/m)"

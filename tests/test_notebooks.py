@@ -66,6 +66,16 @@ def test_the_table_says_the_numbers_and_the_picture_is_the_shape(shown: dict[str
     assert len(set(re.findall('stroke="(#[0-9a-f]+)"', page))) == 2
 
 
+def test_the_picture_of_a_motion_shows_each_shape_from_its_start_to_its_end(shown: dict[str, Any]) -> None:
+    trajectory = shown["trajectory"]
+    lines = re.findall('<polyline points="([^"]*)"', trajectory._repr_html_())
+    last = np.array([point.split(",") for point in lines[-1].split()], dtype=float)
+    r = trajectory.positions[-1][:, [0, 2]] * [1.0, -1.0]
+    assert len(last) == len(r)
+    scale = np.ptp(last[:, 0]) / np.ptp(r[:, 0])
+    np.testing.assert_allclose(last - last[0], scale * (r - r[0]), atol=0.11)
+
+
 def test_problems_are_shown_as_they_were_given() -> None:
     words = re.sub("<[^>]*>", " ", MOTION._repr_html_())
     for text in (

@@ -32,9 +32,9 @@ PATIENCE = 30_000  # ms
 
 
 @contextmanager
-def served() -> Iterator[tuple[subprocess.Popen[str], str]]:
+def served(port: int = 0) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """Run the command; lend it and the page's address, when it can be opened."""
-    words = [sys.executable, "-c", "from darboux.cli import main; main()", "serve", "--port", "0"]
+    words = [sys.executable, "-c", "from darboux.cli import main; main()", "serve", "--port", str(port)]
     own = {
         name: value for name, value in os.environ.items() if not name.startswith("PYTEST")
     }  # NiceGUI behaves otherwise
@@ -225,6 +225,97 @@ def test_what_a_visitor_brings_is_read_as_data(tab: Any, address: str, tmp_path:
     files.set_input_files(tmp_path / "large.toml")
     playwright.expect(tab.locator(".q-notification").last).to_contain_text("at most 300 kB")
     until_end(tab, dx.solve(cantilever(0.35)).tip)
+
+
+@pytest.mark.parametrize(("width", "height"), [(375, 700), (600, 500), (1280, 800)])
+def test_the_axes_keep_clear_of_the_rod(tab: Any, address: str, width: int, height: int, tmp_path: Path) -> None:
+    tab.set_viewport_size({"width": width, "height": height})
+    open_rod(tab, address)  # a rod that hangs low and left
+    until_end(tab, dx.solve(cantilever(0.25)).tip)
+    tab.wait_for_timeout(600)  # until it is drawn finely
+    scene = tab.locator(".dx-scene").bounding_box()
+    tab.screenshot(path=tmp_path / "page.png")
+    from matplotlib.image import imread
+
+    picture = imread(tmp_path / "page.png")[..., :3]
+    blue = picture[..., 2] > picture[..., 0] + 0.25
+    left, below, size = map(float, tab.get_attribute(".dx-scene", "data-corner").split())
+    x, y = int(scene["x"] + left), int(scene["y"] + scene["height"] - below - size)
+    assert size > 60.0
+    assert not np.any(blue[y : y + int(size), x : x + int(size)])
+    middle = blue[
+        int(scene["y"]) : int(scene["y"] + scene["height"]), int(scene["x"]) : int(scene["x"] + scene["width"])
+    ]
+    assert np.sum(middle) > 0.5 * scene["height"]  # it is seen
+
+
+def test_on_a_phone_the_rod_stays_in_sight_of_its_sliders(tab: Any, address: str) -> None:
+    tab.set_viewport_size({"width": 375, "height": 700})
+    open_rod(tab, address)
+    assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    before = end(tab)
+    tab.evaluate("""() => document.querySelector('[data-key="load1.g.x"]').scrollIntoView()""")
+    drag(tab, "load1.g.x", 0.25)
+    tab.wait_for_function("() => location.search.includes('load1.g.x=')")
+    assert np.linalg.norm(end(tab) - before) > 1e-3
+    scene = tab.locator(".dx-scene").bounding_box()
+    assert -1.0 <= scene["y"] <= scene["y"] + scene["height"] <= 700.0
+    assert scene["height"] > 200.0
+    row = tab.locator('[data-key="load1.g.x"]').bounding_box()
+    assert row["y"] > scene["y"] + scene["height"]
+
+
+def test_a_hard_solve_is_seen_to_be_under_way_and_others_do_not_wait(tab: Any, browser: Any, address: str) -> None:
+    open_rod(tab, f"{address}/?scenario=ring")
+    context = browser.new_context()
+    other = context.new_page()
+    open_rod(other, address)
+    put(tab, "link", "3.4")  # beyond where the ring turns unstable
+    tab.wait_for_selector(".dx-busy", state="visible")
+    assert "Solving" in tab.inner_text(".dx-said")
+    put(other, "length", "0.3 m")
+    until_end(other, dx.solve(cantilever(0.3)).tip)
+    tab.wait_for_selector(".dx-busy", state="hidden")
+    playwright.expect(tab.locator(".dx-good")).to_be_visible()
+    playwright.expect(tab.locator('[data-number="link"]')).to_have_text("1.4 turns: it passed through itself")
+    context.close()
+
+
+def test_a_page_survives_its_server(tab: Any) -> None:
+    with served() as (process, address):
+        open_rod(tab, address)
+        put(tab, "length", "0.3 m")
+        tab.wait_for_function("() => location.search.includes('length=')")
+        process.kill()
+        process.wait()
+        playwright.expect(tab.locator("#popup")).to_be_visible()
+        until_end(tab, dx.solve(cantilever(0.3)).tip)  # what was there stays
+        with served(int(address.rpartition(":")[2])):  # and comes back with its values when the server does
+            playwright.expect(tab.locator("#popup")).not_to_be_visible(timeout=PATIENCE)
+            tab.wait_for_selector(".dx-good")
+            until_end(tab, dx.solve(cantilever(0.3)).tip)
+            put(tab, "length", "0.35 m")
+            until_end(tab, dx.solve(cantilever(0.35)).tip)
+
+
+def test_a_filament_of_micrometres_is_drawn_as_any_rod_in_its_own_units(tab: Any, address: str, tmp_path: Path) -> None:
+    rod = dx.Rod(10e-6, dx.Circle(3.5e-9), dx.Material(E=1.8e9, nu=0.3, density=1300))
+    pulled = dx.Equilibrium(rod, start=dx.Clamped(tangent=(0, 0, 1)), loads=[dx.EndForce((2e-12, 1e-12, -5e-13))])
+    scenario.Scenario(pulled).write(tmp_path / "filament.toml")
+    open_rod(tab, address)
+    tab.locator("input[type=file]").set_input_files(tmp_path / "filament.toml")
+    playwright.expect(field(tab, "load1.force.x")).to_have_value("2")
+    assert tab.inner_text('[data-key="load1.force.x"] .q-field__suffix') == "pN"
+    playwright.expect(tab.locator('[data-number="largest |k|"]')).to_contain_text("1/\N{MICRO SIGN}m")
+    assert "filament" in tab.inner_text(".dx-top")
+    tab.wait_for_timeout(600)
+    tab.locator(".dx-scene").screenshot(path=tmp_path / "scene.png")
+    from matplotlib.image import imread
+
+    picture = imread(tmp_path / "scene.png")[..., :3]
+    blue, orange = (picture[..., i] > picture[..., 2 - i] + 0.25 for i in (2, 0))
+    assert np.mean(blue) > 0.001
+    assert 0.0 < np.mean(orange) < 0.02  # the arrow of the force
 
 
 def test_ctrl_c_ends_the_server_and_an_open_page_says_so(tab: Any) -> None:

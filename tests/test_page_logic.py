@@ -115,6 +115,8 @@ def test_readable_units() -> None:
     assert quantities.readable(1.234e-4, "N m") == "123.4 \N{MICRO SIGN}N m"
     assert quantities.readable(0.0, "J") == "0 J"
     assert quantities.readable(2.5e-2, "m") == "2.5 cm"
+    assert quantities.readable(1.09e-18, "N m") == "1.09 aN m"
+    assert quantities.readable(5.13e6, "1/m") == "5.13 1/\N{MICRO SIGN}m"
     assert quantities.pretty("kg/m^3") == "kg/m\N{SUPERSCRIPT THREE}"
 
 
@@ -322,6 +324,21 @@ def test_a_thin_section_is_drawn_thicker_and_this_is_said() -> None:
     assert thick.bright.sum() == 1
     cone = shape.outline(dx.Rod(1.0, dx.Circle(dx.Table([0, 1], [0.02, 0.01])), "steel"), 1.0)
     assert cone.content["varies"]
+
+
+def test_a_ring_that_passed_through_itself_says_so() -> None:
+    session = Session("ring", stated("ring"))
+    shown = rest(session)
+    assert isinstance(shown, Frame)
+    assert words.link(shown.solution) == [("link", "2 turns")]
+    session.ask("link", 3.4)  # a planar ring of this material is stable up to sqrt(3) EI / GJ = 2.30 turns
+    shown = rest(session)
+    assert isinstance(shown, Frame)
+    assert session.values["link"] == 3.4
+    assert words.link(shown.solution) == [("link", "1.4 turns: it passed through itself")]
+    cantilever = rest(Session("cantilever", stated("cantilever")))
+    assert isinstance(cantilever, Frame)
+    assert words.link(cantilever.solution) == []
 
 
 def test_stability_in_words() -> None:

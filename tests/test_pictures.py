@@ -139,6 +139,19 @@ def test_camera_from_the_front_sees_e1_to_the_right_and_e3_up() -> None:
     np.testing.assert_allclose(camera.depth(np.eye(3)), [0, -1, 0], atol=1e-15)
 
 
+@pytest.mark.parametrize(("apart", "cut"), [(0.02, False), (0.5, True)])
+def test_a_curve_parts_strands_that_cross_and_cuts_none_that_runs_along_it(apart: float, cut: bool) -> None:
+    """Two turns of a helix: ``apart`` by little they nearly coincide all along, by more they only cross."""
+    turns = np.linspace(0.0, 4.0 * np.pi, 401)
+    curve = np.stack([np.cos(turns), np.sin(turns), apart * turns / (2.0 * np.pi)], axis=1)
+    scene = Scene.at(style.new_figure(4.0, 3.0), (0.0, 0.0, 4.0, 3.0), Camera(-60.0, 20.0))
+    scene.fit(curve)
+    scene.curve(curve, width=2.0, colour="b")
+    halos = np.array(scene.ax.collections[0].get_linewidths()[::2])
+    assert np.any(halos > 0.0) == cut
+    assert np.all(np.isin(halos, (0.0, 2.0 + 2.0 * 1.2)))
+
+
 def test_scene_fits_its_points_between_the_margins() -> None:
     with style.article():
         scene = Scene.at(style.new_figure(6.0, 4.0), (1.0, 0.5, 4.0, 3.0), Camera())

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
 import struct
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -240,6 +242,57 @@ def test_the_picture_shows_the_rod_where_it_lies(bent: dx.EquilibriumSolution, t
     assert width == pytest.approx(height, abs=0.1 * height)  # a quarter of a circle, to one scale
     bent.view(out=tmp_path / "rod.png", size=(400, 300))
     assert (tmp_path / "rod.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.parametrize("size", [(180, 600), (300, 800), (160, 120), (900, 200)])
+def test_no_word_is_cut_off_at_the_edges(bent: dx.EquilibriumSolution, size: tuple[int, int]) -> None:
+    stage = show.staged(bent, show.Look(field="stress", thicker=3.0))
+    assert stage.overlay.notes == ["section drawn 3 times as thick"]
+    pixels = stage.pixels(size)
+    border = np.ones(pixels.shape[:2], dtype=bool)
+    border[2:-2, 2:-2] = False
+    np.testing.assert_array_equal(pixels[border], 255)
+
+
+WINDOW = """
+import sys
+import darboux as dx
+from darboux.view.space import show
+
+fall = dx.open(sys.argv[1])
+plotter = show.view(fall, show=False, size=(500, 400))
+plotter.show(interactive_update=True, auto_close=False)
+assert plotter.render_window.GetMapped()  # on the display
+slider, camera = plotter.slider_widgets[0], plotter.camera.position
+plotter.screenshot("last.png")
+slider.GetRepresentation().SetValue(0.0)
+slider.InvokeEvent("EndInteractionEvent")
+plotter.render()
+plotter.screenshot("first.png")
+assert plotter.camera.position == camera
+plotter.camera.azimuth = 60.0
+plotter.render()
+plotter.screenshot("turned.png")
+plotter.close()
+"""
+
+
+@pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="no xvfb-run, which lends a display")
+def test_a_window_opens_its_slider_moves_the_rod_and_it_can_be_turned(fall: dx.Trajectory, tmp_path: Path) -> None:
+    longer = dx.Motion(fall.motion.problem, duration=0.15)
+    dx.simulate(longer, dx.ImplicitMidpoint(segments=12, step=5e-3)).save(tmp_path / "fall.nc")
+    command = ["xvfb-run", "-a", "--server-args=-screen 0 800x600x24", sys.executable, "-c", WINDOW, "fall.nc"]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    assert run.returncode == 0, run.stderr
+    from matplotlib.image import imread
+
+    last, first, turned = (imread(tmp_path / f"{name}.png")[..., :3] for name in ("last", "first", "turned"))
+    assert last.shape == (400, 500, 3)
+    for one, other in ((last, first), (first, turned)):
+        assert np.mean(np.any(np.abs(one - other) > 0.2, axis=2)) > 0.005
+    coloured = (np.nonzero(np.ptp(x[:, :400], axis=2) > 0.25)[0] for x in (first, last))  # the rod, without its scale
+    before, after = (np.quantile(rows, 0.9) for rows in coloured)
+    assert after > before + 20.0  # it has fallen
 
 
 def test_a_window_needs_a_display_and_a_plotter_does_not(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from darboux.cli.shell import Quiet, ResultFile
+from darboux.cli.shell import Anywhere, Quiet, ResultOrScenario
 from darboux.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ FILMS = (".gif", ".mp4")
 
 
 def plot(
-    result: ResultFile,
+    file: ResultOrScenario,
     what: Annotated[
         str | None,
         typer.Option(
@@ -36,28 +36,30 @@ def plot(
         ),
     ] = None,
     quiet: Quiet = False,
+    anywhere: Anywhere = False,
 ) -> None:
-    """Draw a result: its shape, or fields along the rod; a motion as shapes, tip and energy over time, or as a film."""
-    from darboux import store
+    """Draw a result, or a scenario's: its shape, or fields along the rod; a motion over time, or as a film."""
+    from darboux.cli.result import found, refuse_unconverged
     from darboux.trajectory import Trajectory
 
-    found = store.open(result)
-    moves = isinstance(found, Trajectory)
+    result = found(file, anywhere)
+    moves = isinstance(result, Trajectory)
     path = figure_file(
         out,
-        Path(f"{result.stem}-{what or ('motion' if moves else 'shape')}.png"),
+        Path(f"{file.stem}-{what or ('motion' if moves else 'shape')}.png"),
         (*ENDINGS, *FILMS) if moves else ENDINGS,
     )
-    if isinstance(found, Trajectory) and path.suffix.lower() in FILMS:
+    if isinstance(result, Trajectory) and path.suffix.lower() in FILMS:
         if what not in (None, "shape"):
             raise InvalidInput(f"--what is {what!r}, but a film shows the shape; leave it out, or draw a .png.")
-        found.animate(path)
+        result.animate(path)
     else:
         from darboux.view import plots
 
-        write_figure(plots.draw(found, what), path)
+        write_figure(plots.draw(result, what), path)
     if not quiet:
         typer.echo(f"Drawn in {path}")
+    refuse_unconverged(file, result)
 
 
 def figure_file(asked: Path | None, default: Path, endings: Sequence[str] = ENDINGS) -> Path:

@@ -36,8 +36,14 @@ def serve(
     from darboux.web import server
 
     shelf = _shelf(file, anywhere)
+
+    def ready(address: str) -> None:
+        typer.echo(f"The page is at {address} (Ctrl-C closes it).")
+        if host not in server.LOOPBACK:
+            typer.echo("Everybody who reaches this machine over the network can open it; there is no password.")
+
     try:
-        server.serve(shelf, host, port, _ready)
+        server.serve(shelf, host, port, ready)
     except KeyboardInterrupt:
         pass
     typer.echo("The page is closed.")
@@ -59,7 +65,3 @@ def _shelf(file: Path | None, anywhere: bool) -> dict[str, Any]:
         if stated.motion is None and name not in shelf:
             shelf[name] = Entry(name.replace("-", " "), stated)
     return shelf
-
-
-def _ready(address: str) -> None:
-    typer.echo(f"The page is at {address} (Ctrl-C closes it).")

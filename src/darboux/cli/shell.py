@@ -29,6 +29,10 @@ KeptIn = Annotated[
     Path | None, typer.Option("--out", metavar="RESULT", help="Keep the result, as in --out result.nc (NetCDF).")
 ]
 ScenarioFile = Annotated[Path, typer.Argument(metavar="FILE", help="A scenario, such as hanging.toml.")]
+ResultOrScenario = Annotated[
+    Path,
+    typer.Argument(metavar="RESULT|FILE", help="A result, such as hanging.nc, or a scenario, which is solved."),
+]
 ResultFile = Annotated[Path, typer.Argument(metavar="RESULT", help="A result, such as hanging.nc.")]
 
 

@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import Anywhere, Quiet
+from darboux.cli.shell import Anywhere, Quiet, ResultOrScenario
 from darboux.errors import InvalidInput
-
-if TYPE_CHECKING:
-    from darboux.solution import EquilibriumSolution
-    from darboux.trajectory import Trajectory
 
 
 def view(
-    file: Annotated[
-        Path,
-        typer.Argument(metavar="RESULT|FILE", help="A result, such as hanging.nc, or a scenario, which is solved."),
-    ],
+    file: ResultOrScenario,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="PICTURE", help="Draw a .png file, without a window or a display.")
     ] = None,
@@ -44,7 +37,7 @@ def view(
     anywhere: Anywhere = False,
 ) -> None:
     """Show a result or a scenario in space: a tube with its true section, coloured by a field; supports and loads."""
-    from darboux.errors import NotConverged
+    from darboux.cli.result import found, refuse_unconverged
 
     pixels = size_of(size)
     from darboux.view.space import show
@@ -55,26 +48,7 @@ def view(
     show.view(result, field=field, out=out, t=time, ghost=ghost, directors=directors, thicker=thicker, size=pixels)
     if out is not None and not quiet:
         typer.echo(f"Drawn in {out}")
-    if file.suffix.lower() == ".toml" and not result.converged:
-        raise NotConverged(result.status.message, result)
-
-
-def found(file: Path, anywhere: bool) -> EquilibriumSolution | Trajectory:
-    """Return what a result holds, or the answer to a scenario: its motion where it states one."""
-    if file.suffix.lower() != ".toml":
-        from darboux import store
-
-        return store.open(file)  # type: ignore[no-any-return]
-    from darboux import scenario
-
-    stated = scenario.read(file, anywhere=anywhere)
-    if stated.motion is not None:
-        from darboux.dynamics.simulate import simulate
-
-        return simulate(stated.motion, stated.motion_method, throw=False)
-    from darboux.statics.solve import solve
-
-    return solve(stated.problem, stated.method, throw=False)
+    refuse_unconverged(file, result)
 
 
 def size_of(words: str) -> tuple[int, int]:

@@ -618,13 +618,12 @@ def _figure7(part: Part) -> Figure:
             camera = Camera(azimuth=-62.0, elevation=elevation)
             scene = Scene.at(figure, (0.1 + 3.95 * column, top - 3.35, 3.85, 3.0), camera)
             low, high = boxes[name]
-            corners = scene.box(low, high, (0.5, 0.5, 0.5), labels)
+            scene.fit(scene.box(low, high, (0.5, 0.5, 0.5), labels), (0.60, 0.45, 0.5, 0.28))
             s = np.linspace(0.0, cases.FIGURE7_LENGTH, 641)
             if reading == "b":
                 scene.curve(part.solutions[f"{name}.natural"].r(s), width=1.7, colour="#c9c9c9", halo=0.7, zorder=2.0)
             scene.curve(part.solutions[name].r(s), width=1.9, colour=BLUE, halo=0.7)
             scene.dot(part.solutions[name].r(0.0), marker="s", ms=5.0)
-            scene.fit(corners, (0.60, 0.45, 0.5, 0.28))
             scene.ax.set_title(f"helix axis {orientation}", x=0.5, y=0.93)
             style.gravity_arrow(scene.ax, 0.93, 0.62, 26.0)
     weight = cases.FIGURE7_WEIGHT

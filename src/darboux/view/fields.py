@@ -22,17 +22,18 @@ Array = NDArray[np.float64]
 SAMPLES = 801
 NOTHING = 1e-9  # of what bends the rod by 1 rad over its length: rounding, which is drawn as zero
 LOOKS: Any = ((palette.BLUE, "-"), (palette.VERMILION, "--"), (palette.GREEN, "-."), (palette.BLACK, ":"))
+DOTS: Any = (0, (1.0, 2.5))
 
 
 @dataclass(frozen=True)
 class Field:
-    """Lines (n,) over s by name, in the SI ``unit``; ``scale`` a value that counts as large; ``behind`` more lines, paler."""
+    """Lines (n,) over s by name, in the SI ``unit``; ``scale`` a value that counts as large; ``behind`` (n, 3) more, dotted."""
 
     name: str
     unit: str
     lines: dict[str, Array]
     scale: float
-    behind: dict[str, Array] | None = None
+    behind: tuple[str, Array] | None = None
 
 
 def fields(
@@ -68,15 +69,18 @@ def places(solution: EquilibriumSolution) -> Array:
 
 
 def _draw(ax: Axes, field: Field, s: Array, last: bool) -> None:
-    every = [*field.lines.values(), *(field.behind or {}).values()]
+    name_behind, behind = field.behind or ("", np.empty((len(s), 0)))
+    every = [*field.lines.values(), *behind.T]
     largest = max(float(np.max(np.abs(values))) for values in every)
     nothing = largest <= NOTHING * field.scale
     unit, size = prefix.quantity(field.scale if nothing else largest, field.unit)
     along, metres = prefix.length(s[-1])
-    for (name, values), (colour, _) in zip((field.behind or {}).items(), LOOKS, strict=False):
-        ax.plot(s / metres, values / size, color=colour, ls=(0, (1.0, 2.5)), lw=1.2, zorder=1.5, label=name or None)
+    for values, (colour, _) in zip(behind.T, LOOKS, strict=False):
+        ax.plot(s / metres, values / size, color=colour, ls=DOTS, lw=1.2, zorder=1.5)
     for (name, values), (colour, dashes) in zip(field.lines.items(), LOOKS, strict=False):
         ax.plot(s / metres, values / size, color=colour, ls=dashes, label=name)
+    if name_behind:  # one entry for all three
+        ax.plot([], [], color=palette.GREY, ls=DOTS, lw=1.2, label=name_behind)
     ax.set_xlim(0.0, s[-1] / metres)
     if nothing:
         ax.set_ylim(-1.0, 1.0)
@@ -101,7 +105,7 @@ def _in_section(solution: EquilibriumSolution, s: Array, vectors: Array) -> Arra
 def _curvature(solution: EquilibriumSolution, s: Array) -> Field:
     k, k0 = solution.k(s), solution.problem.rod.k0(s)
     lines = {"$k_1$": k[:, 0], "$k_2$": k[:, 1], "$k_3$, twist": k[:, 2]}
-    behind = {"natural": k0[:, 0], "": k0[:, 1], " ": k0[:, 2]} if np.any(k0) else None
+    behind = ("natural", k0) if np.any(k0) else None
     return Field("curvature", "1/m", lines, 1.0 / solution.problem.rod.length, behind)
 
 

@@ -140,8 +140,9 @@ def _comparison(found: Comparison) -> Shown:
 def _trajectory(trajectory: Trajectory) -> Shown:
     def picture() -> str:
         chosen = np.unique(np.linspace(0, len(trajectory.times) - 1, SHAPES).astype(int))
-        step = max(1, (len(trajectory.s) - 1) // (PLACES // 2))
-        shapes = trajectory.positions[chosen][:, np.unique(np.append(np.arange(0, len(trajectory.s), step), -1))]
+        last = len(trajectory.s) - 1
+        places = np.unique(np.append(np.arange(0, last, max(1, last // (PLACES // 2))), last))
+        shapes = trajectory.positions[chosen][:, places]
         held = [place for place, _ in trajectory.held]
         return _svg(list(shapes), [np.array(held).reshape(-1, 3)], Look.at(trajectory.positions), fan=True)
 
@@ -230,10 +231,11 @@ def _scale_bar(look: Look, scale: float, left: float, height: float) -> str:
     bar = prefix.round_number(0.25 * look.longest / metres)
     long = bar * metres * scale
     right, up = (named(axis).replace("$", "") for axis in look.camera.A[:2])
-    words = f"{right} \N{RIGHTWARDS ARROW}  {up} \N{UPWARDS ARROW}" if look.flat and len(right + up) <= 4 else ""
+    words = f"\N{EM SPACE}{right} \N{RIGHTWARDS ARROW}\N{EN SPACE}{up} \N{UPWARDS ARROW}"  # plain spaces would be one
+    words = words if look.flat and len(right + up) <= 4 else ""
     y = height - 8.0
     return (
         f'<path d="M{left:.1f} {y - 4:.1f}v4h{long:.1f}v-4" stroke="currentColor"/>'
         f'<text x="{left + long + 6:.1f}" y="{y:.1f}" fill="currentColor" font-size="11" font-family="sans-serif">'
-        f"{html.escape(f'{bar:g} {unit}   {words}'.rstrip())}</text>"
+        f"{html.escape(f'{bar:g} {unit}{words}')}</text>"
     )

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 Margins = tuple[float, float, float, float]
 
 MOST_NUMBERS = 5  # along an edge of a box, about
+ALONG = 0.94  # cosine of the angle, 20 degrees, below which two lines run along each other
 CORNER = 0.9  # of the type's size: free of numbers at the ends of an edge
 
 
@@ -68,25 +69,44 @@ class Scene:
         """Draw a line that visibly passes before itself where it is nearer.
 
         Its ``pieces`` are drawn from back to front, each on a white halo with flat ends; a piece reaches a little into
-        its neighbours, so that no joint shows.
+        its neighbours, so that no joint shows. A piece that runs along another, in the scale that ``fit`` has set before,
+        has no halo, which would cut that one.
         """
         from matplotlib.collections import LineCollection
 
         flat, depth = self.camera.project(points), self.camera.depth(points)
         cuts = np.linspace(0, len(points) - 1, pieces + 1).astype(int)
         order = np.argsort([depth[i : j + 1].mean() for i, j in pairwise(cuts)])
-        lines = []
+        beside = self._beside(flat, width + 2.0 * halo, len(points) // pieces)
+        lines, widths = [], []
         for i, j in ((cuts[n], cuts[n + 1]) for n in order):
             lines += [flat[i : j + 1], flat[max(i - 2, 0) : j + 3]]
+            widths += [0.0 if np.any(beside[i : j + 1]) else width + 2.0 * halo, width]
         collection = LineCollection(
             lines,
             colors=["white", colour] * pieces,
-            linewidths=[width + 2.0 * halo, width] * pieces,
+            linewidths=widths,
             capstyle="butt",
             joinstyle="round",
             zorder=zorder,
         )
         self.ax.add_collection(collection, autolim=False)
+
+    def _beside(self, flat: Array, reach: float, apart: int) -> Any:
+        """Return (n,) where a line of the picture runs along another part of itself, less than ``reach`` points from it.
+
+        Parts are others where more than ``apart`` points of the line lie between them.
+        """
+        page = self.ax.transData.transform(flat) * 72.0 / self.ax.get_figure(root=True).dpi  # type: ignore[union-attr]
+        way = np.gradient(page, axis=0)
+        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        found = np.zeros(len(flat), dtype=bool)
+        for shift in range(2 * apart, len(flat)):
+            gap, turn = page[shift:] - page[:-shift], np.sum(way[shift:] * way[:-shift], axis=1)
+            near = (np.sum(gap**2, axis=1) < reach**2) & (np.abs(turn) > ALONG)
+            found[:-shift] |= near
+            found[shift:] |= near
+        return found
 
     def faces(self, faces: Faces, zorder: float = 2.0, strength: float = 1.0) -> None:
         """Draw the faces from back to front, outlined in their own colours to hide the seams; paler below strength 1."""
@@ -311,10 +331,16 @@ class Scene:
         turn = (turn + 90.0) % 180.0 - 90.0
         turn = 90.0 if abs(abs(turn) - 90.0) < 1.0 else turn
         gap = 10.0 + depth + 0.6 * size
-        away = along * (1.0 if flat[0, 1] < flat[1, 1] else -1.0)  # from the corner that x and y share
+        offset = gap * normal
         way = np.ptp(self.ax.transData.transform(flat), axis=0) * 72.0 / self.ax.get_figure(root=True).dpi  # type: ignore[union-attr]
-        beside = max(0.0, 0.3 * size * len(label) - 0.5 * float(np.linalg.norm(way))) if i < 2 else 0.0
-        offset = gap * normal + beside * away / np.linalg.norm(away)
+        length = _length([label], size + 1.0)
+        if i < 2 and length > np.linalg.norm(
+            way
+        ):  # no room along the edge: level, below its numbers, from the corner outwards
+            outwards = np.sign(along[0]) * (1.0 if flat[0, 1] < flat[1, 1] else -1.0)
+            offset = (6.0 + 0.5 * depth) * normal - np.array([0.0, 1.4 * size + 1.0])
+            offset[0] += 0.5 * outwards * (length - way[0])
+            turn = 0.0
         self.text(
             edge.mean(axis=0),
             label,
@@ -330,8 +356,18 @@ def _words(value: float) -> str:
 
 
 def _width(ticks: Array, size: float) -> float:
-    """Return about how wide the longest number is, in points."""
-    return 0.5 * size * max(len(_words(value)) for value in ticks) if len(ticks) else 0.0
+    """Return how wide the longest number is, in points."""
+    return _length([_words(value) for value in ticks], size)
+
+
+def _length(words: Sequence[str], size: float) -> float:
+    """Return how long the longest of some words is, in points."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font = FontProperties(size=size)
+    widths = (text_to_path.get_text_width_height_descent(word, font, ismath="$" in word)[0] for word in words)
+    return float(max(widths, default=0.0))
 
 
 def _nice_steps(least: float) -> Iterator[float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,11 +42,14 @@ def shape(solution: EquilibriumSolution, ax: Any = None, new: style.NewFigure = 
     s = np.linspace(0.0, solution.problem.rod.length, SAMPLES)
     r, R = solution.r(s), solution.R(s)
     look = Look.at(r, R)
+    directors = None if look.flat else _directors(r, R)
+    if directors is not None:  # the box holds them too
+        look = dataclasses.replace(look, points=np.concatenate([r, directors.reshape(-1, 3)]))
     with style.axes_for(ax, *look.size, new) as made:
         stage = Stage.on(made, look)
         stage.shape(r)
-        if not look.flat:
-            _directors(stage, r, R)
+        if directors is not None:
+            _draw_directors(stage, directors)
         _supports(stage, solution)
         _say_what_failed(made, [solution])
     return made
@@ -86,15 +90,20 @@ def _label(found: Comparison, i: int) -> str:
     return entry.name + model + (" (reference)" if i == found.reference else "")
 
 
-def _directors(stage: Stage, r: Array, R: Array) -> None:
+def _directors(r: Array, R: Array) -> Array:
+    """Return the ends (n, 2, 2, 3) of d1 and d2 in some places."""
+    at = np.linspace(0, len(r) - 1, TRIADS).astype(int)
     length = DIRECTOR * float(np.max(np.ptp(r, axis=0)))
-    for i in np.linspace(0, len(r) - 1, TRIADS).astype(int):
-        for j in (0, 1):
+    starts = np.repeat(r[at, None, :], 2, axis=1)
+    return np.stack([starts, starts + length * np.swapaxes(R[at, :, :2], 1, 2)], axis=2)
+
+
+def _draw_directors(stage: Stage, directors: Array) -> None:
+    for i, pair in enumerate(directors):
+        for j, ends in enumerate(pair):
             colour, dashes = palette.DIRECTORS[j], ("-", (0, (2.5, 1.0)))[j]
             label = f"$d_{j + 1}$" if i == 0 else None
-            stage.line(
-                np.stack([r[i], r[i] + length * R[i, :, j]]), color=colour, lw=1.4, ls=dashes, zorder=4.0, label=label
-            )
+            stage.line(ends, color=colour, lw=1.4, ls=dashes, zorder=4.0, label=label)
     stage.legend()
 
 

@@ -66,9 +66,19 @@ class Stage:
         low, high = (corner / self.metres for corner in look.box)
         width = style.size_of(ax)[0]
         left, beside, below, above = (_tight(ax) * margin for margin in MARGINS)
-        self.scene.fit(look.frame / self.metres, (left, beside + right * width, below, above))
+        margins = np.array([left, beside + right * width, below, above])
         labels = (f"$x$ ({self.unit})", f"$y$ ({self.unit})", f"$z$ ({self.unit})")
-        self.scene.box(low.tolist(), high.tolist(), None, labels)
+        before = set(ax.get_children())
+        for more in (True, True, False):  # room for the numbers is known when they stand
+            self.scene.fit(look.frame / self.metres, tuple(margins))
+            self.scene.box(low.tolist(), high.tolist(), None, labels)
+            made = [artist for artist in ax.get_children() if artist not in before]
+            lacking = _lacking(ax, made)
+            if not more or np.all(lacking <= 0.0):
+                break
+            margins = margins + np.maximum(lacking, 0.0)
+            for artist in made:
+                artist.remove()
 
     def shape(self, r: Array, width: float = 2.0, colour: str = palette.BLUE) -> None:
         """Draw one rod through r (n, 3) in m, in space so that it visibly passes before itself."""
@@ -90,6 +100,16 @@ def _tight(ax: Axes) -> float:
     """Return by how much the margins of small axes are smaller."""
     width, height = style.size_of(ax)
     return float(np.clip(min(width / 4.0, height / 3.2), 0.8, 1.0))
+
+
+def _lacking(ax: Axes, artists: list[Any]) -> Array:
+    """Return by how much words stand out of the axes: left, right, below, above in inches."""
+    from matplotlib.text import Text
+
+    boxes = [artist.get_window_extent() for artist in artists if isinstance(artist, Text) and artist.get_text()]
+    low, high = np.min([box.p0 for box in boxes], axis=0), np.max([box.p1 for box in boxes], axis=0)
+    out = np.array([ax.bbox.x0 - low[0], high[0] - ax.bbox.x1, ax.bbox.y0 - low[1], high[1] - ax.bbox.y1])
+    return np.asarray(out / ax.get_figure(root=True).dpi)  # type: ignore[union-attr]
 
 
 def _room(values: Array, longest: float) -> tuple[float, float]:

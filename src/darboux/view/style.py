@@ -130,7 +130,7 @@ def legend_on_top(ax: Axes, kept: float = 0.0) -> None:
     for columns, look in [(len(entries[1]), plain), *((n, small) for n in range(len(entries[1]), 0, -1))]:
         legend = ax.legend(*entries, loc="upper center", ncols=columns, borderaxespad=0.2, **look)
         box = legend.get_window_extent()
-        if box.width <= ax.bbox.width:
+        if box.width <= 0.96 * ax.bbox.width:
             break
     dpi = ax.get_figure(root=True).dpi  # type: ignore[union-attr]
     share = float(np.clip((1.06 * box.height - kept * dpi) / ax.bbox.height, 0.0, 0.7))

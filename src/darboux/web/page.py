@@ -29,14 +29,16 @@ from darboux.web.workers import Workers
 
 CSS = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
 STEPS = 1000  # of a slider
-OFTEN = 0.025  # s between a slider's messages
+OFTEN = 0.03  # s between a slider's messages
 AHEAD = 2  # frames on their way to the browser
 PATIENCE = 2.0  # s after which a frame counts as lost
 PICTURE = 1.0 / 30.0  # s that a picture of a snap is shown
 SPOKEN = 0.25  # s between two sets of numbers and plots while a slider moves: no eye reads faster
 REMEMBERED = 8.0  # s that a snap is spoken of
+BUSY = 0.25  # s after which a solve is seen to be under way
 QUIET = 0.4  # s of rest after which the address is brought up to date
 COLOURS = ("#e69f00", "#009e73", "#cc79a7")  # of the other theories
+OWN = ""  # the choice that is a scenario which the visitor brought
 WAITING = "Solving: a first solve, or a hard one, takes a few seconds."
 
 
@@ -134,7 +136,7 @@ class Page:
         self.untold: Frame | None = None
         self.moved: set[Control] = set()  # whose fields are not up to their sliders yet
         self.snapped = "", 0.0  # what was last said of a snap, and until when it stands
-        self.grey = False
+        self.grey = self.overlaid = False
         self.laid: Any = None  # what the unloaded rod was last drawn for
         self.told = 0.0
         self.text = ""  # of a scenario that the visitor brought
@@ -167,6 +169,8 @@ class Page:
                 with ui.button(icon="fit_screen", on_click=self._fit).props("flat dense color=grey").classes("dx-tool"):
                     ui.tooltip("Show all of the rod")
                 with ui.element("div").classes("dx-said").props('role=status aria-live="polite"'):
+                    self.busy = ui.element("div").classes("dx-busy")
+                    self.busy.set_visibility(False)
                     self.state = ui.label(WAITING).classes("dx-state dx-unknown")
                     self.detail = ui.label("").classes("dx-detail")
             with ui.element("div").classes("dx-right").props('role=region aria-label="numbers and plots"'):
@@ -178,11 +182,11 @@ class Page:
 
     def _bar(self) -> None:
         ui.label("darboux").classes("dx-name")
-        titles = {name: entry.title for name, entry in self.shelf.items()}
-        self.choice = ui.select(titles, on_change=self._chosen).props(
+        self.titles = {name: entry.title for name, entry in self.shelf.items()}
+        self.choice = ui.select(self.titles, on_change=self._chosen).props(
             'dense outlined options-dense aria-label="scenario"'
         )
-        self.choice.style("width: 168px; flex: none")
+        self.choice.style("width: 190px; flex: none")
         self.upload = ui.upload(
             auto_upload=True, max_file_size=scenario.LARGEST, on_upload=self._brought, on_rejected=self._refused
         ).props("accept=.toml")
@@ -240,15 +244,15 @@ class Page:
 
     def _begin(self, name: str, stated: Scenario, text: str = "") -> None:
         self.session, self.text = Session(name, stated), text
-        self.outline, self.frame, self.camera = None, None, ()
+        self.outline, self.frame, self.laid, self.camera = None, None, None, ()
         self.generation += 1
-        self.chosen = None if text else name
-        self.choice.set_value(self.chosen)
+        self.chosen = OWN if text else name
+        self.choice.set_options({OWN: name} | self.titles if text else self.titles, value=self.chosen)
         self._note()
         self.wake.set()
 
     def _chosen(self, event: Any) -> None:
-        if event.value is not None and event.value != self.chosen:
+        if event.value in self.shelf and event.value != self.chosen:
             self._begin(event.value, self.shelf[event.value].scenario)
             self._controls()
 
@@ -289,8 +293,15 @@ class Page:
     def _compared(self) -> None:
         self.theories.set_visibility(self.compare.value)
         if not self.compare.value:
-            self.scene.others([])
+            self._bare()
         self.changed()
+
+    def _bare(self) -> None:
+        """Take the other theories' shapes away, which were those of other values."""
+        if self.overlaid:
+            self.overlaid = False
+            self.scene.others([])
+            self.theories.clear()
 
     def _fit(self) -> None:
         self.camera = ()
@@ -327,7 +338,8 @@ class Page:
             ui.download.content(await self.workers.run(_file_of, solution), f"{self.session.name}.nc")
 
     def _save_picture(self) -> None:
-        self.scene.picture(f"{self.session.name}.png", self.session.name)
+        words = self.outline.words if self.outline else ""
+        self.scene.picture(f"{self.session.name}.png", f"{self.session.name}: {words}" if words else self.session.name)
 
     def _copy_link(self) -> None:
         with self._spoken():
@@ -388,22 +400,26 @@ class Page:
             self._painted()
 
     async def _step(self, session: Session) -> None:
-        later = asyncio.get_running_loop().call_later(0.6, self._waiting)
+        later = asyncio.get_running_loop().call_later(BUSY, self._waiting)
         try:
-            event = await self.workers.run(session.step)
+            event, still = await self.workers.run(_solved, session, self.laid)
         finally:
             later.cancel()
-        if session is not self.session or self._gone():
+        if self._gone():
+            return
+        with self.client:
+            self.busy.set_visibility(False)
+        if session is not self.session:
             return
         if isinstance(event, Failure):
             await self._tell()
             with self.client:
                 self._failed(event.words)
             return
-        await self._show(event)
+        await self._show(event, still)
 
-    async def _show(self, frame: Frame) -> None:
-        """Show a solution, after the way to it."""
+    async def _show(self, frame: Frame, still: Shape | None) -> None:
+        """Show a solution, after the way to it, and the unloaded rod."""
         problem, first, now = frame.solution.problem, self.frame is None, asyncio.get_running_loop().time()
         if first:
             self.relative_size = frame.shape.size / problem.rod.length
@@ -412,6 +428,7 @@ class Page:
         new = first or section != self.outline
         self.frame, self.outline = frame, section
         with self.client:
+            self._bare()
             if frame.way:
                 self.snapped = frame.words, now + REMEMBERED
                 self.state.set_text("The rod snaps ...")
@@ -422,11 +439,9 @@ class Page:
             self.scene.acting(problem, size)
             if first and not self.camera:
                 self.scene.towards(frame.shape)
-            await self._sent(frame.shape, section if new else None)
             laid = _unloaded_by(problem)
-            if new or laid != self.laid:
-                self.scene.unloaded(await self.workers.run(unloaded, problem))
-                self.laid = laid
+            await self._sent(frame.shape, section if new else None, (still,) if laid != self.laid else None)
+            self.laid = laid
             self._greyed(False)
         self.untold = frame
         if now - self.told > SPOKEN:
@@ -441,7 +456,7 @@ class Page:
             return
         frame, self.untold = self.untold, None
         self.told = asyncio.get_running_loop().time()
-        energy = await self.workers.run(lambda: frame.solution.energy.elastic)
+        rows = await self.workers.run(_numbers, frame)
         with self.client:
             self.plots.show(frame.fields)
             text, kind = words.state(frame.solution)
@@ -449,7 +464,7 @@ class Page:
             self._state_class(kind)
             sentence, until = self.snapped
             self.detail.set_text(sentence if self.told < until else words.how(frame.solution.status.message))
-            self._numbered(words.numbers(frame.solution, frame.fields, energy))
+            self._numbered(rows)
             self._note()
 
     def _greyed(self, grey: bool) -> None:
@@ -457,7 +472,9 @@ class Page:
             self.grey = grey
             self.scene.greyed(grey)
 
-    async def _sent(self, shape: Shape, section: Outline | None = None) -> None:
+    async def _sent(
+        self, shape: Shape, section: Outline | None = None, still: tuple[Shape | None] | None = None
+    ) -> None:
         """Send a shape, when the browser has taken those before."""
         while self.sent - self.received >= AHEAD:
             self.arrived.clear()
@@ -466,7 +483,7 @@ class Page:
             except TimeoutError:
                 self.received = self.sent
         self.sent += 1
-        self.scene.frame(self.sent, shape, section)
+        self.scene.frame(self.sent, shape, section, still)
 
     def _received(self, number: int) -> None:
         self.received = max(self.received, min(number, self.sent))
@@ -486,6 +503,7 @@ class Page:
 
     def _waiting(self) -> None:
         with self.client:
+            self.busy.set_visibility(True)
             self.state.set_text(WAITING)
             self._state_class("unknown")
 
@@ -493,6 +511,9 @@ class Page:
         self.state.classes(replace=f"dx-state dx-{kind}")
 
     def _numbered(self, rows: list[tuple[str, str]]) -> None:
+        if list(self.values) != [key for key, _ in rows]:  # a ring has a link
+            self.numbers.clear()
+            self.values.clear()
         for key, value in rows:
             if key not in self.values:
                 with self.numbers:
@@ -548,6 +569,7 @@ class Page:
                     ui.label("" if theory.distance is None else f"{theory.distance:.1e}").classes("dx-value")
                     if theory.words:
                         ui.label(theory.words).classes("dx-words")
+        self.overlaid = True
         self.scene.others(
             [(c, theory.shape) for c, theory in zip(COLOURS, found, strict=True) if theory.shape is not None]
         )
@@ -567,6 +589,18 @@ class _Spoken:
             self.say(str(error))
             return True
         return False
+
+
+def _solved(session: Session, laid: Any) -> tuple[Frame | Failure, Shape | None]:
+    """Return the next step of a session, and the unloaded rod where that is another than the one for ``laid``."""
+    event = session.step()
+    if isinstance(event, Failure) or _unloaded_by(event.solution.problem) == laid:
+        return event, None
+    return event, unloaded(event.solution.problem)
+
+
+def _numbers(frame: Frame) -> list[tuple[str, str]]:
+    return words.numbers(frame.solution, frame.fields, frame.solution.energy.elastic)
 
 
 def _unloaded_by(problem: Any) -> Any:

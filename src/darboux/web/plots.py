@@ -8,6 +8,7 @@ import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 
+from darboux.view import prefix
 from darboux.web.shape import Fields
 
 Array = NDArray[np.float64]
@@ -18,7 +19,6 @@ COLOURS = {
 }  # told apart by the colour-blind; dashes and widths tell them in grey
 DASHES: tuple[Any, ...] = ("solid", [7, 3], [2, 2])
 INK = {False: ("#3a3f45", "#e3e5e7"), True: ("#c9ced3", "#33383d")}
-PREFIXES = {1e9: "G", 1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "\N{MICRO SIGN}", 1e-9: "n", 1e-12: "p"}
 LEVELS = ((7.0, 23.0), (39.0, 23.0), (71.0, 20.0))  # top and height of each plot, in per cent
 
 
@@ -31,17 +31,16 @@ class Plots:
 
     def show(self, fields: Fields) -> None:
         """Draw these fields."""
-        step = 1e-2 if fields.s[-1] >= 0.02 else 1e-3 if fields.s[-1] >= 2e-3 else 1e-6
-        step = 1.0 if fields.s[-1] >= 2.0 else step
-        unit = {1.0: "m", 1e-2: "cm", 1e-3: "mm", 1e-6: "\N{MICRO SIGN}m"}[step]
+        unit, step = prefix.length(float(fields.s[-1]))
         s = fields.s / step
-        M, prefix_M = _scaled(fields.M)
-        e, prefix_e = _scaled(fields.e)
-        lines = [*fields.k.T, *M.T, e]
+        (k, unit_k), (M, unit_M), (e, unit_e) = (
+            _scaled(values, si) for values, si in ((fields.k, "1/m"), (fields.M, "N m"), (fields.e, "J/m"))
+        )
+        lines = [*k.T, *M.T, e]
         titles = [
-            "curvature, twist  {0|k\N{SUBSCRIPT ONE}} {1|k\N{SUBSCRIPT TWO}} {2|k\N{SUBSCRIPT THREE}}  in 1/m",
-            f"moment  {{0|M\N{SUBSCRIPT ONE}}} {{1|M\N{SUBSCRIPT TWO}}} {{2|M\N{SUBSCRIPT THREE}}}  in {prefix_M}N m",
-            f"elastic energy per length in {prefix_e}J/m",
+            f"curvature, twist  {{0|k\N{SUBSCRIPT ONE}}} {{1|k\N{SUBSCRIPT TWO}}} {{2|k\N{SUBSCRIPT THREE}}}  in {unit_k}",
+            f"moment  {{0|M\N{SUBSCRIPT ONE}}} {{1|M\N{SUBSCRIPT TWO}}} {{2|M\N{SUBSCRIPT THREE}}}  in {unit_M}",
+            f"elastic energy per length in {unit_e}",
         ]
         self.chart.run_chart_method(
             "setOption",
@@ -122,8 +121,7 @@ def _bold(dark: bool) -> dict[str, Any]:
     return {str(i): {"color": colour, "fontSize": 13, "fontWeight": "bold"} for i, colour in enumerate(COLOURS[dark])}
 
 
-def _scaled(values: Array) -> tuple[Array, str]:
-    """Return values in a unit in which the largest is between 1 and 1000, and its prefix."""
-    largest = float(np.max(np.abs(values)))
-    factor = next((factor for factor in PREFIXES if largest >= factor), 1e-12 if largest > 0.0 else 1.0)
-    return values / factor, PREFIXES[factor]
+def _scaled(values: Array, si: str) -> tuple[Array, str]:
+    """Return values in SI in a unit in which they are read easily, and that unit."""
+    unit, size = prefix.quantity(float(np.max(np.abs(values))), si)
+    return values / size, unit

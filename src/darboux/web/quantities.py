@@ -23,16 +23,18 @@ AXES = "xyz"
 SHOWN = {
     "m": ("km", "m", "cm", "mm", "um", "nm"),
     "Pa": ("GPa", "MPa", "kPa", "Pa"),
-    "N": ("MN", "kN", "N", "mN", "uN", "nN"),
-    "N m": ("N m", "mN m", "uN m", "nN m"),
-    "N/m": ("kN/m", "N/m", "mN/m", "uN/m"),
-    "N m^2": ("N m^2", "mN m^2", "uN m^2", "nN m^2"),
-    "J": ("kJ", "J", "mJ", "uJ", "nJ"),
+    "N": ("MN", "kN", "N", "mN", "uN", "nN", "pN", "fN"),
+    "N m": ("N m", "mN m", "uN m", "nN m", "pN m", "fN m", "aN m", "zN m"),
+    "N/m": ("kN/m", "N/m", "mN/m", "uN/m", "nN/m"),
+    "N m^2": ("N m^2", "mN m^2", "uN m^2", "nN m^2", "pN m^2", "fN m^2", "aN m^2"),
+    "J": ("kJ", "J", "mJ", "uJ", "nJ", "pJ", "fJ", "aJ", "zJ"),
+    "1/m": ("1/nm", "1/um", "1/mm", "1/m"),
     "rad": ("turn",),
     "rad/s": ("rpm",),
 }
-FACTORS = {"turn": 2.0 * math.pi, "rpm": 2.0 * math.pi / 60.0}
-PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "n": 1e-9, "c": 1e-2}
+FACTORS = {"turn": 2.0 * math.pi, "rpm": 2.0 * math.pi / 60.0, "1/mm": 1e3, "1/um": 1e6, "1/nm": 1e9}
+SIZES = (1e9, 1e6, 1e3, 1e-2, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-18, 1e-21)
+PREFIXES = dict(zip("GMkcmunpfaz", SIZES, strict=True))
 WORDS = {
     "E": "modulus E",
     "density": "density",
@@ -301,5 +303,5 @@ def readable(value: float, si: str) -> str:
 
 def pretty(unit: str) -> str:
     """Return a unit as it is printed: powers raised, micro by its letter."""
-    unit = "\N{MICRO SIGN}" + unit[1:] if unit[:1] == "u" else unit
+    unit = "\N{MICRO SIGN}" + unit[1:] if unit[:1] == "u" else unit.replace("/u", "/\N{MICRO SIGN}")
     return unit.replace("^2", "\N{SUPERSCRIPT TWO}").replace("^3", "\N{SUPERSCRIPT THREE}")

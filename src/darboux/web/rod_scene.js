@@ -7,7 +7,10 @@ const COLOURS = {
 };
 const GREY = { light: ["#b4b8bc", "#dcdfe2"], dark: ["#5b6168", "#7b828a"] };
 const SMOOTH = Math.cos(Math.PI / 5); // edges of an outline that turn by less are rounded
-const MARGIN = 0.82; // of the view that the rod fills
+const MARGIN = 0.82; // of the view that the rod fills ...
+const ABOVE = 40; // px that stay free above and below it, for words and the scale
+const REST = 250; // ms without a new picture, after which a processor draws the last one finely
+const BAR = [200, 46]; // px, of the canvas that the scale is drawn on
 const FEW = 0.3; // of the view: a rod that is smaller is brought nearer
 
 function floats(text) {
@@ -134,7 +137,18 @@ function circleArrow(material, radius, width) {
   return turned;
 }
 
+// Letters that were drawn before, by text and colour: a new material is a new program of the graphics card, and slow.
+const LETTERS = new Map();
+
 function letter(text, colour) {
+  const known = LETTERS.get(text + colour) || lettered(text, colour);
+  LETTERS.set(text + colour, known);
+  const sprite = new THREE.Sprite(known);
+  sprite.scale.set(0.62, 0.62, 1);
+  return sprite;
+}
+
+function lettered(text, colour) {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 64;
   const pen = canvas.getContext("2d");
@@ -145,20 +159,24 @@ function letter(text, colour) {
   pen.fillText(text, 32, 34);
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = THREE.SRGBColorSpace;
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false }));
-  sprite.scale.set(0.62, 0.62, 1);
-  return sprite;
+  return new THREE.SpriteMaterial({ map, depthTest: false });
+}
+
+// Take what is drawn out of a scene, and free its shapes but not its materials.
+function emptied(group) {
+  group.traverse((part) => !part.isSprite && part.geometry?.dispose());
+  group.clear();
 }
 
 export default {
   template: `<div style="position:relative;overflow:hidden">
     <canvas style="position:absolute;inset:0;width:100%;height:100%;outline:none" tabindex="0" role="img"
       aria-label="The rod in space; drag to turn it, scroll to come nearer"></canvas>
-    <canvas style="position:absolute;inset:0;width:100%;height:100%;pointer-events:none"></canvas></div>`,
+    <canvas style="position:absolute;right:0;bottom:0;width:${BAR[0]}px;height:${BAR[1]}px;pointer-events:none"></canvas></div>`,
   props: { dark: Boolean },
   mounted() {
     const [canvas, paper] = this.$el.children;
-    Object.assign(this, { canvas, paper, overlays: [], glyphs: [], frames: 0, drawn: 0, held: false, grey: false });
+    Object.assign(this, { canvas, paper, overlays: [], glyphs: [], frames: 0, drawn: 0, held: false, grey: false, standing: 0 });
     this.scene = new THREE.Scene();
     this.corner = new THREE.Scene();
     this.camera = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.1, 10);
@@ -167,7 +185,12 @@ export default {
     this.direction = new THREE.Vector3(0.35, -1, 0.35).normalize();
     this.lamp = new THREE.DirectionalLight(0xffffff, 2.1);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f96, 1.6), this.lamp);
-    this.corner.add(new THREE.AmbientLight(0xffffff, 3));
+    this.signs = new THREE.Group(); // what holds and loads the rod
+    this.scene.add(this.signs);
+    this.inks = {
+      support: new THREE.MeshLambertMaterial(), load: new THREE.MeshLambertMaterial(),
+      axis: new THREE.MeshBasicMaterial(), direction: new THREE.MeshBasicMaterial(),
+    };
     this.material = new THREE.MeshLambertMaterial({ vertexColors: true });
     this.rod = new Tube(this.material);
     this.ghost = new Tube(new THREE.MeshBasicMaterial({ depthWrite: false })); // behind all else
@@ -175,7 +198,8 @@ export default {
     this.scene.add(this.rod.mesh, this.ghost.mesh);
     this.rod.mesh.visible = this.ghost.mesh.visible = false;
     try {
-      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !withoutGraphicsCard() });
+      this.software = withoutGraphicsCard();
+      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !this.software });
     } catch {
       this.$el.innerHTML = "<p style='padding:2em'>This browser draws no WebGL; the numbers and plots are still right.</p>";
       return;
@@ -197,6 +221,7 @@ export default {
     this.$emit("ready");
   },
   unmounted() {
+    clearTimeout(this.resting);
     this.watcher?.disconnect();
     this.controls?.dispose();
     this.renderer?.dispose();
@@ -208,11 +233,15 @@ export default {
   },
   methods: {
     // -- what the server sends --------------------------------------------------------------------------------------
-    frame(number, data, outline) {
+    // Where `still` is null, the unloaded rod is the last one; where it is "", there is none.
+    frame(number, data, outline, still) {
+      if (still !== null) this.still = still ? floats(still) : null;
       if (outline) {
         this.outline = { points: floats(outline.points), bright: outline.bright, varies: outline.varies };
-        this.rod.n = 0;
+        const change = this.thickness() / this.signedFor;
+        if (!(change > 0.8 && change < 1.25)) this.signed(); // they are as large as the section asks for
       }
+      if (outline || still !== null) this.stilled();
       this.data = floats(data);
       if (this.renderer) {
         this.rod.shaped(this.data, this.outline);
@@ -228,24 +257,29 @@ export default {
       this.$el.dataset.end = Array.from(this.data.slice(-9, -6), (x) => x.toPrecision(6)).join(" ");
       this.$emit("received", number);
     },
-    unloaded(data) {
-      if (!this.renderer || !this.outline) return;
-      this.ghost.mesh.visible = Boolean(data);
-      if (!data) return;
-      this.still = floats(data);
+    // The unloaded rod, behind all else.
+    stilled() {
+      if (!this.renderer) return;
+      this.ghost.mesh.visible = Boolean(this.still && this.outline);
+      if (!this.ghost.mesh.visible) return;
       const { points, bright, varies } = this.outline; // the middle's, where it varies
       const m = bright.length, at = varies ? 2 * m * Math.floor(points.length / (4 * m)) : 0;
       this.ghost.shaped(this.still, { points: points.slice(at, at + 2 * m), varies: false });
-      this.followed();
-      this.later();
     },
     // Glyphs: {kind, at (share of the rod), vector, follower}; in the corner: {letter, vector}.
     acting(glyphs, corner, size) {
       if (!this.renderer) return;
-      this.size = size;
-      this.stated = glyphs;
-      this.cornered = corner;
-      this.painted();
+      Object.assign(this, { size, stated: glyphs, cornered: corner });
+      this.directed();
+      this.signed();
+      this.placed();
+      this.later();
+    },
+    signed() {
+      this.signedFor = this.thickness();
+      emptied(this.signs);
+      this.glyphs = (this.stated || []).map((stated) => ({ ...stated, object: this.glyph(stated) }));
+      for (const glyph of this.glyphs) this.signs.add(glyph.object);
     },
     others(list) {
       for (const mesh of this.overlays) {
@@ -302,15 +336,14 @@ export default {
       const { clientWidth: w, clientHeight: h } = this.$el, scale = Math.max(2, window.devicePixelRatio);
       this.renderer.setPixelRatio(scale);
       this.renderer.setSize(w, h, false);
-      this.paper.width = w * scale;
-      this.paper.height = h * scale;
+      [this.paper.width, this.paper.height] = BAR.map((side) => side * scale);
       this.measure = "";
-      this.draw();
+      this.draw(true);
       const whole = document.createElement("canvas");
       [whole.width, whole.height] = [w * scale, h * scale];
       const pen = whole.getContext("2d");
       pen.drawImage(this.canvas, 0, 0, whole.width, whole.height);
-      pen.drawImage(this.paper, 0, 0, whole.width, whole.height);
+      pen.drawImage(this.paper, whole.width - this.paper.width, whole.height - this.paper.height);
       pen.font = `${13 * scale}px system-ui, sans-serif`;
       pen.fillStyle = this.colours().ink;
       pen.fillText(title, 14 * scale, 24 * scale);
@@ -334,18 +367,25 @@ export default {
         this.draw();
       });
     },
-    draw() {
-      const { renderer, camera, look } = this, size = 116, back = new THREE.Color(this.colours().back);
+    draw(fine) {
+      const { renderer, camera, look } = this, back = new THREE.Color(this.colours().back);
       this.lamp.position.copy(camera.position).add(new THREE.Vector3(0, 0, camera.top / camera.zoom));
       this.lamp.target.position.copy(this.controls.target);
       this.lamp.target.updateMatrixWorld();
-      const { clientWidth: w, clientHeight: h } = this.$el;
+      const { clientWidth: w, clientHeight: h } = this.$el, ratio = Math.min(window.devicePixelRatio, 2);
+      if (this.software) {
+        const wanted = fine ? Math.max(2, ratio) : ratio;
+        clearTimeout(this.resting);
+        if (!fine) this.resting = setTimeout(() => this.draw(true), REST);
+        if (renderer.getPixelRatio() !== wanted) renderer.setPixelRatio(wanted);
+      }
+      const [left, below, size] = this.free(w, h);
       renderer.setViewport(0, 0, w, h);
       renderer.setClearColor(back);
       renderer.clear();
       renderer.render(this.scene, camera);
       renderer.clearDepth();
-      renderer.setViewport(6, 6, size, size);
+      renderer.setViewport(left, below, size, size);
       look.position.copy(camera.position).sub(this.controls.target).normalize().multiplyScalar(5);
       look.up.copy(camera.up);
       look.lookAt(0, 0, 0);
@@ -353,10 +393,24 @@ export default {
       renderer.setViewport(0, 0, w, h);
       this.measured();
       this.$el.dataset.drawn = this.drawn += 1;
+      this.$el.dataset.corner = [left, below, size].join(" ");
+    },
+    // Where the axes stand, [from the left, from below, size] in px: where they stood, or else in a corner free of the rod.
+    free(w, h) {
+      const size = Math.min(116, 0.36 * Math.min(w, h)), high = h - size - 30, point = new THREE.Vector3(), seen = [];
+      const corners = [[6, 6], [w - size - 6, 46], [6, high], [w - size - 50, high]];
+      for (let o = 0; this.data && o < this.data.length; o += 9) {
+        point.set(this.data[o], this.data[o + 1], this.data[o + 2]).project(this.camera);
+        seen.push([(0.5 + 0.5 * point.x) * w, (0.5 + 0.5 * point.y) * h]);
+      }
+      const hits = ([x, y]) => seen.filter(([a, b]) => a > x - 8 && a < x + size + 8 && b > y - 8 && b < y + size + 8).length;
+      const counts = corners.map(hits), least = Math.min(...counts);
+      if (2 * least < counts[this.standing]) this.standing = counts.indexOf(least);
+      return [...corners[this.standing], size];
     },
     // A bar whose length is true in the picture's plane.
     measured() {
-      const { clientWidth: w, clientHeight: h } = this.$el, scale = this.paper.width / w, pen = this.paper.getContext("2d");
+      const { clientWidth: w, clientHeight: h } = this.$el, scale = this.paper.width / BAR[0], pen = this.paper.getContext("2d");
       const perMetre = (h * this.camera.zoom) / (this.camera.top - this.camera.bottom), room = Math.min(160, 0.25 * w) / perMetre;
       const power = Math.pow(10, Math.floor(Math.log10(room)));
       const length = power * [5, 2, 1].find((step) => step * power <= room);
@@ -367,10 +421,10 @@ export default {
       if (said === this.measure) return;
       this.measure = said;
       pen.setTransform(scale, 0, 0, scale, 0, 0);
-      pen.clearRect(0, 0, w, h);
+      pen.clearRect(0, 0, ...BAR);
       pen.strokeStyle = pen.fillStyle = this.colours().ink;
       pen.lineWidth = 2;
-      const right = w - 18, left = right - length * perMetre, y = h - 18;
+      const right = BAR[0] - 18, left = right - length * perMetre, y = BAR[1] - 18;
       pen.beginPath();
       pen.moveTo(left, y - 5);
       pen.lineTo(left, y);
@@ -387,8 +441,7 @@ export default {
       if (!w || !h) return;
       this.renderer.setPixelRatio(ratio);
       this.renderer.setSize(w, h, false);
-      this.paper.width = w * ratio;
-      this.paper.height = h * ratio;
+      [this.paper.width, this.paper.height] = BAR.map((side) => side * ratio);
       this.measure = "";
       const half = this.camera.top;
       [this.camera.left, this.camera.right] = [(-half * w) / h, (half * w) / h];
@@ -404,36 +457,31 @@ export default {
     },
     painted() {
       if (!this.renderer) return;
-      const colours = this.colours();
+      const { ghost, support, load, ink } = this.colours(), { inks } = this;
       this.recoloured();
-      this.ghost.mesh.material.color.set(colours.ghost);
-      for (const old of [this.corner, ...this.glyphs.map((glyph) => glyph.object)])
-        old.traverse((part) => {
-          part.geometry?.dispose();
-          part.material?.map?.dispose();
-          part.material?.dispose();
-        });
-      this.corner.clear();
-      this.corner.add(new THREE.AmbientLight(0xffffff, 3));
-      const up = new THREE.Vector3(0, 1, 0);
-      const axis = (vector, text, colour, length, aside) => {
+      this.ghost.mesh.material.color.set(ghost);
+      for (const [material, colour] of [[inks.support, support], [inks.load, load], [inks.axis, ink], [inks.direction, load]])
+        material.color.set(colour);
+      this.directed();
+      this.later();
+    },
+    // The axes, and the directions of gravity and the like, in the corner.
+    directed() {
+      const { ink, load } = this.colours(), { inks } = this, up = new THREE.Vector3(0, 1, 0);
+      emptied(this.corner);
+      const axis = (vector, text, material, colour, length, aside) => {
         const direction = new THREE.Vector3(...vector).normalize();
-        const shown = arrow(new THREE.MeshBasicMaterial({ color: colour }), length, 0.075);
+        const shown = arrow(material, length, 0.075);
         shown.quaternion.setFromUnitVectors(up, direction);
         const name = letter(text, colour);
         name.position.copy(direction).multiplyScalar(aside ? 0.55 * length : length + 0.26);
         if (aside) name.position.add(Math.abs(direction.x) > 0.7 ? new THREE.Vector3(0, 0, -0.3) : new THREE.Vector3(-0.32, 0, 0));
         this.corner.add(shown, name);
       };
-      axis([1, 0, 0], "x", colours.ink, 1);
-      axis([0, 1, 0], "y", colours.ink, 1);
-      axis([0, 0, 1], "z", colours.ink, 1);
-      for (const { letter: text, vector } of this.cornered || []) axis(vector, text, colours.load, 0.8, true);
-      for (const glyph of this.glyphs) this.scene.remove(glyph.object);
-      this.glyphs = (this.stated || []).map((stated) => ({ ...stated, object: this.glyph(stated, colours) }));
-      for (const glyph of this.glyphs) this.scene.add(glyph.object);
-      this.placed();
-      this.later();
+      axis([1, 0, 0], "x", inks.axis, ink, 1);
+      axis([0, 1, 0], "y", inks.axis, ink, 1);
+      axis([0, 0, 1], "z", inks.axis, ink, 1);
+      for (const { letter: text, vector } of this.cornered || []) axis(vector, text, inks.direction, load, 0.8, true);
     },
     thickness() {
       const points = this.outline ? this.outline.points : [0];
@@ -441,9 +489,9 @@ export default {
       for (const x of points) largest = Math.max(largest, Math.abs(x));
       return largest;
     },
-    glyph(stated, colours) {
+    glyph(stated) {
       const L = this.size, width = Math.max(0.011 * L, 0.8 * this.thickness()), group = new THREE.Group();
-      const grey = new THREE.MeshLambertMaterial({ color: colours.support }), red = new THREE.MeshLambertMaterial({ color: colours.load });
+      const { support: grey, load: red } = this.inks;
       const side = Math.max(0.045 * L, 3 * this.thickness());
       if (stated.kind === "clamp") {
         const block = new THREE.Mesh(new THREE.BoxGeometry(1.7 * side, 1.7 * side, 0.55 * side), grey);
@@ -515,7 +563,8 @@ export default {
     },
     needed() {
       const { centre, wide, tall } = this.extent(), { clientWidth: w, clientHeight: h } = this.$el;
-      return { centre, height: Math.max(tall, (wide * h) / w, 0.15 * (this.size || 0), 1e-9) };
+      const room = Math.max(0.4, Math.min(1, (1 - (2 * ABOVE) / h) / MARGIN));
+      return { centre, height: Math.max(tall / room, (wide * h) / w, 0.15 * (this.size || 0), 1e-9) };
     },
     fitted() {
       const { centre, height } = this.needed();

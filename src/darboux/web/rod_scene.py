@@ -27,13 +27,13 @@ class RodScene(Element, component="rod_scene.js"):
         self.on("received", lambda event: on_received(int(event.args)))
         self.on("camera", lambda event: on_camera(tuple(map(float, event.args))))
 
-    def frame(self, number: int, shape: Shape, outline: Outline | None = None) -> None:
-        """Show a shape; the outline of its section where that is new."""
-        self.run_method("frame", number, shape.packed, None if outline is None else outline.content)
-
-    def unloaded(self, shape: Shape | None) -> None:
-        """Show the unloaded rod, faintly, or none."""
-        self.run_method("unloaded", "" if shape is None else shape.packed)
+    def frame(
+        self, number: int, shape: Shape, outline: Outline | None = None, unloaded: tuple[Shape | None] | None = None
+    ) -> None:
+        """Show a shape; the outline of its section, and faintly the unloaded rod or none, where these are new."""
+        new = None if outline is None else outline.content
+        still = None if unloaded is None else "" if unloaded[0] is None else unloaded[0].packed
+        self.run_method("frame", number, shape.packed, new, still)
 
     def acting(self, problem: Equilibrium, size: float) -> None:
         """Show what holds and loads the rod, by signs that suit a picture of ``size`` m, where they are not there yet."""

@@ -13,6 +13,7 @@ from darboux.errors import InvalidInput
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 BODY = scenario.LARGEST + 20_000  # bytes of a request: a scenario and the form around it
+THREADS = 6  # at least: whoever asks for a hard solve keeps one busy for seconds, and the others go on
 HISTORY = 60  # messages kept for a browser that was cut off for a moment
 
 
@@ -43,7 +44,7 @@ def serve(shelf: Mapping[str, Any], host: str, port: int, ready: Callable[[str],
     from darboux.web.workers import Workers
 
     port = free_port(host, port)
-    workers = Workers(max(2, os.cpu_count() or 1))
+    workers = Workers(max(THREADS, os.cpu_count() or 1))
     address = (
         f"http://{f'[{host}]' if ':' in host else 'localhost' if host in ('127.0.0.1', '0.0.0.0') else host}:{port}"
     )

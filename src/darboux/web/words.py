@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from darboux.problem import Ring
 from darboux.solution import EquilibriumSolution
 from darboux.web.quantities import readable
 from darboux.web.shape import Fields
 
+LOST = 1e-3  # turns
 NOTHING = 1e-9  # of the length: shown as zero
 
 
@@ -45,10 +47,21 @@ def numbers(solution: EquilibriumSolution, fields: Fields, energy: float) -> lis
         ("end of the rod", _vector(place, solution.problem.rod.length)),
         ("from end to end", readable(apart if apart > NOTHING * solution.problem.rod.length else 0.0, "m")),
         ("largest moment", readable(moment, "N m")),
-        ("largest |k|", f"{bent:.4g} 1/m"),
+        ("largest |k|", readable(bent, "1/m")),
         ("elastic energy", readable(energy, "J")),
         ("error of the shape", error(solution)),
+        *link(solution),
     ]
+
+
+def link(solution: EquilibriumSolution) -> list[tuple[str, str]]:
+    """Return the link of a ring, and whether it is the one asked for: two turns go each time the rod passes through itself."""
+    problem = solution.problem
+    if not isinstance(problem, Ring) or problem.rod.shear:
+        return []
+    found = solution.link
+    lost = abs(found - problem.link) > LOST
+    return [("link", f"{found:.4g} turns" + (": it passed through itself" if lost else ""))]
 
 
 def error(solution: EquilibriumSolution) -> str:

@@ -20,7 +20,10 @@ from darboux.view.space.marks import Label
 
 Array = NDArray[np.float64]
 
-SMALLEST, RELATIVE = 11.0, 0.0245  # the height of letters: in pixels at least, else of the picture's height
+SMALLEST, RELATIVE = (
+    11.0,
+    0.0245,
+)  # the height of letters: in pixels, else of the picture's height, or of 3/4 of its width
 WIDE = 0.62  # of a letter over its height
 BAR_STEPS = 128
 UNITS = (("km", 1e3), ("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
@@ -48,14 +51,14 @@ class Overlay:
     actors: list[Any] = field(default_factory=list)
     seen: Any = None
 
-    @staticmethod
-    def letter(height: float) -> float:
-        """Return the height of letters in pixels in a picture of this height."""
-        return max(SMALLEST, RELATIVE * height)
+    def letter(self, width: float, height: float) -> float:
+        """Return the height of letters in pixels in a picture of this size, in which the longest line fits."""
+        longest = max(map(len, [*self.notes, *(name for name, _ in self.names), self.bar.title if self.bar else ""]))
+        return min(max(SMALLEST, RELATIVE * min(height, 0.75 * width)), width / (WIDE * longest + 3.6))
 
     def margins(self, width: float, height: float) -> tuple[float, float, float, float]:
         """Return what the overlay needs at the left, right, bottom and top, in pixels."""
-        f = self.letter(height)
+        f = self.letter(width, height)
         right = 6.2 * f if self.bar else 1.5 * f
         top = 1.5 * f + 1.5 * f * max(float(len(self.names)), 1.3 if self.bar else 0.0)
         return 1.5 * f, right, (5.6 + 1.5 * len(self.notes)) * f, top
@@ -81,7 +84,7 @@ class Overlay:
         self.seen = view
         for actor in self.actors:
             renderer.RemoveViewProp(actor)
-        page = _Page(width, height, self.letter(height))
+        page = _Page(width, height, self.letter(width, height))
         A = _axes_of(camera)
         pixel = 2.0 * camera.GetParallelScale() / height  # m
         self._write_labels(page, A, np.array(camera.GetFocalPoint()), pixel)

@@ -74,7 +74,7 @@ class Stage:
         room = np.maximum([width - left - right, height - bottom - top], 0.25 * np.array(size))
         pixel = float(np.max((high - low) / room))
         for _ in range(4):  # labels keep their size on the page, so that the scale is found step by step
-            both = np.concatenate([frame, self.overlay.boxes(self.camera.A, pixel, self.overlay.letter(height))])
+            both = np.concatenate([frame, self.overlay.boxes(self.camera.A, pixel, self.overlay.letter(width, height))])
             low, high = both.min(axis=0), both.max(axis=0)
             pixel = float(np.max((high - low) / room))
         shift = 0.5 * pixel * np.array([right - left, top - bottom])
