@@ -18,6 +18,12 @@ NAN, INF = float("nan"), float("inf")
 # What a person types, and words that the sentence must hold.
 MISTAKES = {
     "negative radius": (lambda: dx.Circle(radius=-1e-3), ["section.radius", "-0.001 m", "positive", "Did you mean 0.001?"]),
+    "a length beyond reason": (lambda: dx.Rod(1e300, CIRCLE, RUBBER), ["rod.length", "1e+300 m", "1e-15 to 1e+09", "unit"]),
+    "a section beyond reason": (lambda: dx.Rod(1.0, dx.Ellipse(1e100, 1e-100), RUBBER), ["section", "unit"]),
+    "curvature beyond reason": (
+        lambda: dx.solve(dx.Equilibrium(dx.Rod(1.0, BARE.section, natural=(0, 1e10, 0)))),
+        ["rod.natural", "winds the rod", "1/m"],
+    ),
     "zero radius": (lambda: dx.Circle(radius=0), ["section.radius", "positive"]),
     "nan radius": (lambda: dx.Circle(radius=NAN), ["section.radius", "nan", "finite"]),
     "text for a number": (lambda: dx.Circle(radius="1 mm"), ["section.radius", "'1 mm'", "number in m"]),

@@ -17,6 +17,7 @@ from darboux.errors import InvalidInput
 
 Vector = tuple[float, float, float]
 ROUNDING = 1e-14  # of a unit vector's or a frame's length
+SHORTEST, LONGEST = 1e-15, 1e9  # m: what a length may be
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -62,6 +63,10 @@ def positive(field: str, value: object, unit: str = "") -> float:
     if result <= 0.0:
         hint = f" Did you mean {-result:g}?" if result < 0.0 else ""
         raise InvalidInput(f"{field} is {with_unit(value, unit)}; it must be positive.{hint}")
+    if unit == "m" and not SHORTEST <= result <= LONGEST:
+        raise InvalidInput(
+            f"{field} is {with_unit(value, unit)}; lengths are from {SHORTEST:g} to {LONGEST:g} m here. Check its unit."
+        )
     return result
 
 

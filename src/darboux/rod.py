@@ -64,8 +64,9 @@ class Rod:
             natural = profile.frozen(natural)
         assign(self, length=length, natural=natural, stretch=bool(self.stretch), shear=bool(self.shear))
         self._check_ends()
-        self._check_thickness()
-        self._check_stiffness(self.stiffness(np.linspace(0.0, length, 17)))
+        with np.errstate(over="ignore"):  # what is out of the numbers' range is said in words
+            self._check_thickness()
+            self._check_stiffness(self.stiffness(np.linspace(0.0, length, 17)))
 
     def _check_thickness(self) -> None:
         area = self.section.outer_area(np.linspace(0.0, self.length, 17))

@@ -15,7 +15,20 @@ TAUT = (
     "the rod is inextensible, and a straight part of it is held at both its ends as far apart as it is long: it is taut, its "
     "tension is not determined, and grows without bound under a load across. Move the supports closer, or set stretch=True."
 )
+MOST_WOUND = 2e4  # rad
 SAME = 1e-12  # relative: two places or directions are one
+
+
+def wound(problem: Equilibrium) -> str | None:
+    """Return the sentence for a natural shape that winds more often than any method lays it out, or None."""
+    L = problem.rod.length
+    k0 = float(np.max(np.abs(problem.rod.k0(np.linspace(0.0, L, 33)))))
+    if k0 * L <= MOST_WOUND:
+        return None
+    return (
+        f"rod.natural, up to {k0:.3g} 1/m over {L:g} m, winds the rod {k0 * L / frames.turn:.2g} times; at most "
+        f"{MOST_WOUND / frames.turn:.2g} can be computed with. Check its unit, 1/m."
+    )
 
 
 def straight(problem: Equilibrium) -> str | None:

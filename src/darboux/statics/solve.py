@@ -9,6 +9,7 @@ from darboux.checks import checked_call
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
+from darboux.statics import limits
 from darboux.statics.collocation import Collocation
 
 
@@ -36,7 +37,7 @@ def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw:
     """
     checks.instance("solve.problem", problem, Equilibrium, "an Equilibrium")
     method = checked_method("solve.method", Collocation() if method is None else method)
-    refusal = method.refuses(problem)
+    refusal = limits.wound(problem) or method.refuses(problem)
     if refusal:
         raise InvalidInput(refusal)
     if start is None:
