@@ -280,6 +280,8 @@ class Motion:
         if not both or problem.rod.stretch or (self.start is None and self.end is None):
             return
         for t in times:
+            if not (self.held("start", float(t)) and self.held("end", float(t))):
+                return
             distance = float(np.linalg.norm(self.position("end", float(t)) - self.position("start", float(t))))
             if distance > problem.rod.length * (1.0 + 1e-9):
                 raise InvalidInput(
