@@ -293,6 +293,8 @@ def motions(draw: Draw) -> tuple[dx.Motion, Any]:
     for at in ("start", "end"):
         if draw(st.integers(0, 3)) == 0:
             release[at] = duration * draw(st.sampled_from([0.0, 0.0, 0.3, 0.77]))
+    # A couple that nothing resists would make a thin rod spin, all of whose turns are followed: minutes.
+    spun = any(isinstance(load, dx.EndMoment | dx.PointMoment | dx.LineCouple) for load in acting)
     velocity = np.array(scaled(draw(vector(2.0)), length / time))
     velocities: list[Any] = [None, velocity, lambda s: np.sin(3.0 * s / length)[:, None] * velocity]
     if not rod.stretch:  # a straight one may turn about its start
@@ -308,6 +310,7 @@ def motions(draw: Draw) -> tuple[dx.Motion, Any]:
         load_factor=factors if draw(st.booleans()) else None,
         damping=draw(st.lists(dampings(length, time, mass), max_size=2)),
         release=release,
+        rotary_inertia=mass * length**2 * draw(magnitude(1e-4, 1e-2)) if spun or draw(st.booleans()) else None,
         **moving,
     )
     return motion, how

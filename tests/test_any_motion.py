@@ -118,3 +118,13 @@ def test_an_end_that_let_go_may_be_moved_any_way() -> None:
     with pytest.raises(dx.InvalidInput, match="does not stretch"):
         dx.Motion(problem, 0.1, end=away)
     assert check(dx.Motion(problem, 0.1, end=away, release={"end": 0.0}), dx.TRBDF2(4)) == "converged"
+
+
+def test_no_factors_for_no_loads_are_none() -> None:
+    """Found by the test above on uncompiled kernels: they read the factor of a group of loads that was not there."""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, EA=100.0, mass=1.0))
+    motion = dx.Motion(
+        dx.Equilibrium(rod, start=dx.Pinned()), 0.1, load_factor=[], velocity=lambda s: s[:, None] * (1, 0, 0)
+    )
+    assert motion.load_factor is None
+    assert check(motion, dx.ImplicitMidpoint(2, step=0.01)) == "converged"

@@ -201,6 +201,8 @@ class Motion:
                 f"motion.load_factor has {len(self.load_factor)} factors, but the problem has {loads} loads; give one for each in "
                 "their order (None where it does not change), or one for all."
             )
+        if not loads:
+            return None
         one = (1.0 if factor is None else factor for factor in self.load_factor)
         return tuple(_checked_factor(f"motion.load_factor[{i}]", factor) for i, factor in enumerate(one))
 
