@@ -223,7 +223,7 @@ def far_ends(draw: Draw, place: Any, frame: Any, EI: float, length: float) -> An
         case "hinge":
             return dx.Hinge(axis=frame[:, 0], position=place, frame=frame)
         case "universal":
-            return dx.Universal(axis=frame[:, 0], section_axis=(0.0, 1.0, 0.0), position=place, frame=frame)
+            return dx.Universal(axis=frame[:, 0], section_axis=frame[:, 1], position=place, frame=frame)
         case "roller":
             return dx.Roller(along=frame[:, draw(st.integers(0, 2))], position=place)
         case "slider":

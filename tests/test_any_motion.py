@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, note, settings
 
 import darboux as dx
+from darboux.statics.discrete_chain import nodes_along
 from tests.strategies import motions
 
 EXAMPLES = int(os.environ.get("DARBOUX_FUZZ", "0")) // 4
@@ -128,3 +129,27 @@ def test_no_factors_for_no_loads_are_none() -> None:
     )
     assert motion.load_factor is None
     assert check(motion, dx.ImplicitMidpoint(2, step=0.01)) == "converged"
+
+
+def test_loads_close_together_have_vertices_of_their_own() -> None:
+    """Found by the test above: with few segments two places fell on one vertex, and kernels read beyond their arrays."""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, EA=100.0, mass=1.0))
+    loads = [dx.PointForce((0, 1, 0), at=0.46), dx.PointMoment((0, 0, 0.1), at=0.072, follower=True)]
+    motion = dx.Motion(dx.Equilibrium(rod, loads=loads), 0.1)
+    assert check(motion, dx.TRBDF2(3)) == "converged"
+    assert set(dx.simulate(motion, dx.TRBDF2(3)).s) > {0.072, 0.46}
+    with pytest.raises(dx.InvalidInput, match=r"segments is 2, .* at 2 places .* take 3 segments or more"):
+        dx.simulate(motion, dx.TRBDF2(2))
+    with pytest.raises(dx.InvalidInput, match="take 3 segments or more"):
+        dx.solve(motion.problem, dx.DiscreteRod(2))
+
+
+def test_every_station_has_a_vertex() -> None:
+    chance = np.random.default_rng(0)
+    for _ in range(300):
+        segments = int(chance.integers(2, 12))
+        stations = np.sort(chance.uniform(0.001, 0.999, chance.integers(1, segments)) ** chance.choice([1, 4]))
+        held = chance.choice([False, True], 2)
+        nodes = nodes_along(segments, chance.choice([1.0, 20.0]), *held, stations, int(chance.integers(0, 2)))
+        assert np.all(np.diff(nodes) > 0.0)
+        assert set(stations) <= set(nodes)
