@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import darboux as dx
 from darboux.dynamics.system import System, new_state
@@ -81,3 +82,51 @@ def test_what_is_held_along_a_line_stays_on_it() -> None:
     along = away @ axis
     assert np.max(np.abs(along)) > 1e-5
     np.testing.assert_allclose(away, along[:, None] * axis, atol=1e-14)
+
+
+UP, ALONG = (0, 0, 1), (1, 0, 0)
+HELD = {
+    "clamp": dx.Clamped(),
+    "hinge": dx.Hinge(ALONG),
+    "universal": dx.Universal(ALONG, (0, 1, 0)),
+    "groove and springs": dx.Spring(np.diag([300.0, 0.0, 0.0]) + np.eye(3), 2.0),
+    "springs": dx.Spring(300.0, 2.0),
+}
+LOADS = {
+    "dead": [dx.LineForce((2, 1, 0)), dx.PointMoment((0.1, 0.2, 0.1), at=0.4), dx.Foundation(5.0)],
+    "following": [dx.LineForce((2, 1, 0), frame="section"), dx.PointForce((1, 0, 0), at=0.4, follower=True),
+                  dx.EndForce((0.5, 0, 0), follower=True), dx.EndMoment((0.1, 0, 0.1), follower=True)],
+    "turning": [dx.Rotation((0.5, 1.0, 2.0))],
+}  # fmt: skip
+
+
+def balances(
+    start: dx.supports.Support, loads: list, methods: list, rod: dx.Rod = ROD, **motion: object
+) -> list[float]:
+    """Return the drifts of energy over a few steps, by each method."""
+    asked = dx.Motion(dx.Equilibrium(rod, start=start, loads=loads), 0.02, rotary_inertia=1e-3, **motion)
+    return [dx.simulate(asked, method, records=2, drift=1.0).energy.drift for method in methods]
+
+
+METHODS = [dx.ImplicitMidpoint(4, step=2e-3), dx.TRBDF2(4, step=2e-3), dx.StormerVerlet(4, step=2e-4)]
+DRIFTS = [1e-4, 5e-3, 5e-4]
+
+
+@pytest.mark.parametrize("support", HELD)
+@pytest.mark.parametrize("loads", LOADS)
+def test_energy_is_in_balance_under_every_support_and_load(support: str, loads: str) -> None:
+    assert np.all(np.array(balances(HELD[support], LOADS[loads], METHODS)) < DRIFTS)
+
+
+def test_energy_is_in_balance_with_every_damping_and_where_a_rod_does_not_stretch() -> None:
+    damping = [
+        dx.KelvinVoigt(1e-3, 1e-3, 1e-3),
+        dx.QuadraticDrag(1.0, 2.0, fluid=ALONG),
+        dx.LinearDrag(1.0, 2.0),
+        dx.MassDamping(1.0),
+    ]
+    assert np.all(np.array(balances(HELD["clamp"], LOADS["dead"], METHODS, damping=damping)) < DRIFTS)
+    stiff = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.8, mass=1.0), natural=(1, 2, 3))
+    assert np.all(
+        np.array(balances(HELD["hinge"], LOADS["dead"], METHODS[:2], stiff, damping=damping[1:])) < DRIFTS[:2]
+    )
