@@ -41,8 +41,9 @@ PAGE = ROOT / "docs" / "benchmarks.md"
 FIGURES = ROOT / "docs" / "figures"
 SLOWER = 1.3  # than the last recorded run, in units of something timed in the same run: worth a look
 PACKAGES = ("darboux", "numpy", "scipy", "numba", "matplotlib", "pyelastica", "mujoco", "cosseratbench")
-HEADINGS = ("what", "against", "ours", "theirs", "ratio", "spread", "target", "our error", "their error", "")
-WORDS = ("what", "against", "")
+HEADINGS = ("what", "against", "ours", "theirs", "ratio", "spread", "target", "", "our error", "their error", "note")
+COLOURED = {"pass": "[green]pass[/green]", "**FAIL**": "[red]FAIL[/red]"}
+WORDS = ("what", "against", "", "note")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,14 +119,15 @@ def _measure(families: Any, quick: bool, console: Console) -> tuple[dict[str, Me
 
 
 def _cells(row: Row) -> list[str]:
-    """Return a row's cells, in the order of the headings, the verdict left out."""
+    """Return a row's cells, in the order of the headings."""
     theirs = "" if row.theirs is None else f"{_number(row.theirs.median)} {row.unit}"
     errors = ["" if e is None else f"{e:.1e}" for e in (row.our_error, row.their_error)]
     if errors[0]:
         errors[0] += f" ({row.error_of})"
     spread = _range(row.ours, f" {row.unit}") if row.ratio is None else _range(row.ratio, "x")
     ratio = "" if row.ratio is None else f"{_number(row.ratio.median)}x"
-    return [row.what, row.peer, f"{_number(row.ours.median)} {row.unit}", theirs, ratio, spread, row.target, *errors]
+    ours = f"{_number(row.ours.median)} {row.unit}"
+    return [row.what, row.peer, ours, theirs, ratio, spread, row.target, _verdict(row), *errors, row.note]
 
 
 def _number(value: float) -> str:
@@ -137,7 +139,7 @@ def _range(spread: Spread, unit: str) -> str:
 
 
 def _verdict(row: Row) -> str:
-    return {True: "pass", False: "FAIL", None: ""}[row.passed]
+    return {True: "pass", False: "**FAIL**", None: ""}[row.passed]
 
 
 def slower(row: Row, last: dict[str, float]) -> str:
@@ -157,11 +159,10 @@ def _table(rows: list[Row], last: dict[str, float]) -> Any:
     for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading in WORDS else "right", overflow="fold")
     for row in rows:
-        colour = {True: "green", False: "red", None: ""}[row.passed]
-        verdict = f"[{colour}]{_verdict(row)}[/{colour}]" if colour else ""
+        *cells, note = (COLOURED.get(cell, cell) for cell in _cells(row))
         lost = slower(row, last)
-        words = [verdict, row.note, f"[yellow]{lost}[/yellow]" if lost else ""]
-        table.add_row(*_cells(row), "; ".join(word for word in words if word))
+        words = [note, f"[yellow]{lost}[/yellow]" if lost else ""]
+        table.add_row(*cells, "; ".join(word for word in words if word))
     return table
 
 
@@ -220,11 +221,10 @@ def _page(measured: dict[str, Measured]) -> str:
         versions = ", ".join(f"{package} {version}" for package, version in family.versions.items())
         lines += ["", f"## {name.replace('_', ' ').capitalize()}", "", words, ""]
         lines += [f"Measured on {family.date} in {family.seconds:.0f} s; {family.machine}; {versions}.", ""]
-        lines += ["| " + " | ".join([*HEADINGS[:-1], "verdict"]) + " |"]
+        lines += ["| " + " | ".join(HEADINGS) + " |"]
         lines += ["|" + "|".join("---" if heading in WORDS else "---:" for heading in HEADINGS) + "|"]
         for row in family.rows:
-            cells = [*_cells(row), "; ".join(filter(None, [_verdict(row), row.note]))]
-            lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"]
+            lines += ["| " + " | ".join(cell.replace("|", "\\|") for cell in _cells(row)) + " |"]
         lines += ["", *family.remarks] if family.remarks else []
     return "\n".join(lines) + "\n"
 
