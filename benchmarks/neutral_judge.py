@@ -1,8 +1,8 @@
 """The neutral judge: scenarios, references and metrics of cosseratbench, ours beside the suite's own adapters.
 
-Each scenario runs through our adapter and one peer's by turns, three of them (one where the peer takes more
-than 5 s), all at the suite's number of elements; the time is that of `run`, after a short run that compiles. The target of a row is less time
-than the peer; its error is the suite's metric, held against its own target in the note. Peers that do not complete a
+Each scenario runs through our adapter and one peer's by turns, three of them (one where the peer takes more than 5 s), all
+at the suite's number of elements; the time is that of `run`, after a short run that compiles. The target of a row is less
+time than the peer; its error is the suite's metric, held against its own target in the note. Peers that do not complete a
 scenario are named. Below stand the suite's variants, one change at a time, by our adapter alone, each run once: harder cases,
 half and twice the elements, longer steps.
 
