@@ -70,7 +70,7 @@ coverage: $(DEV) ## the lines and branches that tests reach, kernels included; f
 	$(BIN)/python -m coverage combine
 	$(BIN)/python -m coverage report
 
-UNCOMPILED := tests/kernels tests/test_any_motion.py tests/test_numerics.py \
+UNCOMPILED := tests/kernels tests/test_numerics.py \
 	tests/test_collocation.py::test_rows_of_the_end_conditions_are_their_derivatives \
 	tests/test_collocation.py::test_the_tangent_is_the_derivative_by_the_load
 
