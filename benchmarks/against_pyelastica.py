@@ -11,19 +11,22 @@ user would, and better: all that could be tuned is tuned outside the timed part,
 - The clock runs only while it steps, and stops at the first step from which on the tip stays within 1e-3 L of where it
   comes to rest in the end, which a longer run told before. No step looks at the tip. Making the rod is not counted;
   for ours all of `DiscreteRod(50).solve(problem)` is, with its checks and its result.
+- In the plot both have several numbers of segments; with more than 50 PyElastica's time step is
+  shorter in proportion, with fewer it can't be longer; its damping is the same.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
 
 import darboux as dx
-from benchmarks.timing import Row, Spread, seconds
+from benchmarks.timing import Curve, Row, Spread, interleaved, seconds
 from darboux.paper.cases import figure5
 
 Array = NDArray[np.float64]
@@ -34,9 +37,11 @@ TRUE_TIP = np.array([0.014817711552, 0.0, -0.244237586080])  # m, 12 digits; the
 STEPS = (6e-5, 5.5e-5, 5.3e-5, 5.2e-5, 5.1e-5, 5e-5, 4.9e-5, 4.8e-5, 4.5e-5, 4e-5)  # s
 LONGEST, UNTIL_REST = 6.0, 1.6  # s simulated: for its own answer, and to see when it stays near it
 PROTOCOLS = ("uniform", "translational")
-CONSTANTS = np.arange(10.0, 18.0, 0.5)  # 1/s; critical damping of the slowest swing lies near 15
-FINER = np.arange(-0.4, 0.5, 0.1)  # about the best of those
+CONSTANTS = np.arange(10.0, 18.0, 1.0)  # 1/s; critical damping of the slowest swing lies near 15
+FINER = np.arange(-0.8, 0.9, 0.2)  # about the best of those
 LEAST_RATIO = 100.0
+OUR_SEGMENTS, THEIR_SEGMENTS = (10, 20, 50, 100, 200, 500, 1000), (10, 20, 50, 100)  # of the plot
+SHARES = (1.0, 0.9, 0.8, 0.6)  # of the time step with 50 segments, shorter in proportion with more
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,7 @@ class Settings:
     protocol: str
     constant: float
     steps: int = 0
+    segments: int = SEGMENTS
 
     def __str__(self) -> str:
         return f"dt {self.dt:g} s, {self.protocol} damping {self.constant:g}/s, {self.steps} steps"
@@ -55,7 +61,7 @@ class Settings:
 RECORDED = Settings(5.1e-5, "uniform", 14.2)  # the best that the search found; a quick run takes it
 
 
-def rows(quick: bool) -> Iterator[Row | str]:
+def rows(quick: bool) -> Iterator[Row | Curve | str]:
     if find_spec("elastica") is None:
         yield "PyElastica is not installed here, so figure 5 was not timed against it: pip install 'pyelastica>=1.0'."
         return
@@ -86,6 +92,42 @@ def rows(quick: bool) -> Iterator[Row | str]:
         error_of="tip / L",
         note=f"{best}, {1e3 * float(np.median(b)) / best.steps:.1f} us each",
     )
+    yield from _by_segments(best, quick)
+
+
+def _by_segments(best: Settings, quick: bool) -> Iterator[Curve]:
+    """Time both at several numbers of segments."""
+    problem = figure5(stretch=True)
+    works = [partial(dx.DiscreteRod(n).solve, problem) for n in OUR_SEGMENTS]
+    times = interleaved(*works, rounds=3 if quick else 15)
+    errors = [float(np.linalg.norm(solve().check().tip - TRUE_TIP)) / LENGTH for solve in works]
+    yield Curve(
+        "against_pyelastica.error", "DiscreteRod, cold", tuple(errors), tuple(Spread.of(1e3 * t) for t in times),
+        marks=tuple(str(n) for n in OUR_SEGMENTS),
+    )  # fmt: skip
+    sizes = THEIR_SEGMENTS[:3] if quick else THEIR_SEGMENTS
+    errors, cost = [], []
+    for n in sizes:
+        settings, rest = _resting(best, n)
+        falls = [_Fall(settings) for _ in range(1 if quick else 3)]
+        cost.append(Spread.of(1e3 * np.array([seconds(fall.to_rest) for fall in falls])))
+        errors.append(float(np.linalg.norm(rest - TRUE_TIP)) / LENGTH)
+    yield Curve(
+        "against_pyelastica.error", "PyElastica, until at rest", tuple(errors), tuple(cost), peer=True,
+        marks=tuple(map(str, sizes)),
+    )  # fmt: skip
+
+
+def _resting(best: Settings, n: int) -> tuple[Settings, Array]:
+    """Return settings for n segments that come to rest, and the tip there: the largest of a few time steps that is stable."""
+    for share in SHARES:
+        settings = replace(best, dt=share * best.dt * min(1.0, SEGMENTS / n), segments=n)
+        tips = _tips(settings, LONGEST)
+        if len(tips) == round(LONGEST / settings.dt):
+            settings = _with_steps(settings, tips[-1])
+            if settings.steps:
+                return settings, tips[-1]
+    raise RuntimeError(f"PyElastica does not come to rest with {n} segments")
 
 
 class _Fall:
@@ -101,7 +143,7 @@ class _Fall:
         self.simulator, self.stepper = Simulator(), ea.PositionVerlet()
         x, z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
         self.rod = ea.CosseratRod.straight_rod(
-            SEGMENTS, np.zeros(3), x, z, LENGTH, RADIUS, DENSITY, youngs_modulus=E, shear_modulus=E / 3.0
+            settings.segments, np.zeros(3), x, z, LENGTH, RADIUS, DENSITY, youngs_modulus=E, shear_modulus=E / 3.0
         )
         self.simulator.append(self.rod)
         clamp = {"constrained_position_idx": (0,), "constrained_director_idx": (0,)}
@@ -110,7 +152,7 @@ class _Fall:
         if settings.protocol == "uniform":
             damping = {"uniform_damping_constant": settings.constant}
         else:  # a coefficient in kg/s, the same for every node
-            mass = DENSITY * np.pi * RADIUS**2 * LENGTH / SEGMENTS
+            mass = DENSITY * np.pi * RADIUS**2 * LENGTH / settings.segments
             damping = {
                 "translational_damping_constant": settings.constant * mass,
                 "rotational_damping_constant": 0.0,

@@ -5,9 +5,14 @@
   timed with all that `solve` does: checks, error estimate, stability, result. From a cold start `solve_bvp` fails on most
   of these problems, so cold times of ours stand beside, not against, it.
 - Both are asked for the same tolerance; errors are the largest of any position over L, against ours at 1e-12 with five
-  stages. Problems with point loads, stations, rings or loads of the shape are left out: `solve_bvp` can't state them.
+  stages. Problems with point loads, stations, rings or loads of the shape are left out: `solve_bvp` can't state them. It
+  may use 15,000 nodes; where that is not enough it has failed.
 - Figure 5 from a cold start is given in units of one Newton iteration on its final mesh (target: at most 25).
-- Cost per element and iteration, and memory, from 20 to 20,000 elements: linear where the figures stay the same.
+- Cost per element and iteration, and memory, from 20 to 20,000 elements: linear where the figures stay the same. The plot
+  has `solve_bvp` beside it, from our solution on the same elements, its time over the times it formed its Jacobian. Its
+  element has one point inside, ours four: it needs many times as many elements.
+- Error against cost, figure 5 at tolerances from 1e-3 to 1e-11: the largest distance of any position over L from `Elastica`
+  at 1e-11, which shares no code with either.
 """
 
 from __future__ import annotations
@@ -23,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_bvp
 
 import darboux as dx
-from benchmarks.timing import Row, Spread, interleaved, seconds
+from benchmarks.timing import Curve, Row, Spread, interleaved, seconds
 from darboux.kernels import rod_equations
 from darboux.kernels.rod_equations import FORCE, ROTATION, STATES
 from darboux.paper.cases import figure5
@@ -38,22 +43,25 @@ Array = NDArray[np.float64]
 
 TARGETS = {1e-9: 50.0, 1e-6: 20.0}
 MOST_ITERATIONS = 25
-MOST_NODES = 30_000
+MOST_NODES = 15_000
 SIZES = (20, 200, 2_000, 20_000)
 MOST_KB = 4.0
+PEER_SIZES = (20, 200, 2_000)
+COARSE = 1.0  # tolerance at which solve_bvp keeps the mesh it is given
+RTOLS = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)  # of the plot
 LONG = 2.0  # s
 
 
 class Peer:
     """One problem as `solve_bvp` takes it: 13 states, dimensionless, |q(0)| = 1 as the thirteenth condition."""
 
-    def __init__(self, problem: dx.Equilibrium, guess: dx.EquilibriumSolution) -> None:
+    def __init__(self, problem: dx.Equilibrium, guess: dx.EquilibriumSolution, x: Array | None = None) -> None:
         self.scale = Scale.of(problem)
         self.table = coefficients.table(problem, self.scale)
         equations = Equations(problem, stages=4)
         equations.unloaded()
         self.start, self.end = equations.start, equations.end
-        self.x = np.unique(guess.curve.s) / problem.rod.length
+        self.x = np.unique(guess.curve.s) / problem.rod.length if x is None else x
         self.y = self.scale.states(guess.curve, self.x).T
 
     def slope(self, x: Array, y: Array) -> Array:
@@ -97,12 +105,13 @@ def _error(a: Array, b: Array) -> float:
     return float(np.max(np.linalg.norm(a - b, axis=1)))
 
 
-def rows(quick: bool) -> Iterator[Row | str]:
+def rows(quick: bool) -> Iterator[Row | Curve]:
     problems = [entry for entry in CATALOGUE if _stated(entry.problem)][:: 12 if quick else 3]
     for tolerance, target in TARGETS.items():
         yield _against_solve_bvp(problems, tolerance, target, 2 if quick else 3)
     yield from _figure5(5 if quick else 15)
     yield from _sizes(3 if quick else 7)
+    yield from _by_tolerance(3 if quick else 9)
 
 
 def _stated(problem: dx.Equilibrium) -> bool:
@@ -175,7 +184,7 @@ def _figure5(rounds: int) -> Iterator[Row]:
     )
 
 
-def _sizes(rounds: int) -> Iterator[Row]:
+def _sizes(rounds: int) -> Iterator[Row | Curve]:
     problem = cases.heavy(10.0)
     equations = Equations(problem, stages=4)
     solution = dx.solve(problem)
@@ -188,8 +197,10 @@ def _sizes(rounds: int) -> Iterator[Row]:
         _iteration(equations, mesh)
         peaks[elements] = (tracemalloc.get_traced_memory()[1] + mesh.y.nbytes + mesh.Y.nbytes) / 1024.0 / elements
         tracemalloc.stop()
-    times = interleaved(*work, rounds=rounds, span=0.05)
-    per_element = [1e6 * t / n for t, n in zip(times, SIZES, strict=True)]
+    peers = [Peer(problem, solution, np.linspace(0.0, 1.0, elements + 1)) for elements in PEER_SIZES]
+    jacobians = [_jacobians(peer) for peer in peers]
+    times = interleaved(*work, *(partial(peer.solve, COARSE) for peer in peers), rounds=rounds, span=0.05)
+    per_element = [1e6 * t / n for t, n in zip(times, SIZES, strict=False)]
     for n, t in zip(SIZES, per_element, strict=True):
         yield Row(
             name=f"collocation.elements.{n}",
@@ -200,6 +211,55 @@ def _sizes(rounds: int) -> Iterator[Row]:
             note=f"{peaks[n]:.2g} KB per element"
             + ("" if n < 200 else f" ({'below' if peaks[n] < MOST_KB else 'above'} {MOST_KB:g})"),
         )
+    yield Curve("collocation.size", "ours, 4 points inside", SIZES, tuple(map(Spread.of, per_element)))
+    theirs = [1e6 * t / n / m for t, n, m in zip(times[len(SIZES) :], PEER_SIZES, jacobians, strict=True)]
+    yield Curve("collocation.size", "solve_bvp, 1 point inside", PEER_SIZES, tuple(map(Spread.of, theirs)), peer=True)
+
+
+def _jacobians(peer: Peer) -> int:
+    """Return how often solve_bvp forms its Jacobian, which asks for ours at the nodes and at the middles."""
+    asked, jacobian = 0, peer.jacobian
+
+    def counted(x: Array, y: Array) -> Array:
+        nonlocal asked
+        asked += 1
+        return jacobian(x, y)
+
+    peer.jacobian = counted  # type: ignore[method-assign]
+    found = peer.solve(COARSE)
+    peer.jacobian = jacobian  # type: ignore[method-assign]
+    if len(found.x) != len(peer.x):
+        raise RuntimeError("solve_bvp refined the mesh on which it was to be timed")
+    return asked // 2
+
+
+def _by_tolerance(rounds: int) -> Iterator[Curve]:
+    problem = figure5()
+    exact = dx.solve(problem, dx.Elastica(rtol=1e-11))
+    guess = dx.solve(problem, dx.Collocation(rtol=1e-3))
+    peer, L = Peer(problem, guess), problem.rod.length
+    methods = [dx.Collocation(rtol=rtol) for rtol in RTOLS]
+    ways = {
+        "Collocation, cold": [partial(dx.solve, problem, method) for method in methods],
+        "Collocation, from a guess": [partial(dx.solve, problem, method, start=guess) for method in methods],
+        "solve_bvp, from that guess": [partial(peer.solve, rtol) for rtol in RTOLS],
+    }
+    times = interleaved(*(solve for solves in ways.values() for solve in solves), rounds=rounds)
+    for i, (label, solves) in enumerate(ways.items()):
+        found = [solve() for solve in solves]
+        if label.startswith("solve_bvp"):
+            kept = [solution.status == 0 for solution in found]
+            errors = [peer.error(solution, exact) for solution in found]
+        else:
+            kept = [solution.converged for solution in found]
+            errors = [_error(solution.r(solution.s), exact.r(solution.s)) / L for solution in found]
+        cost = [Spread.of(1e3 * t) for t in times[i * len(RTOLS) : (i + 1) * len(RTOLS)]]
+        yield Curve(
+            "collocation.error", label,
+            at=tuple(error for error, ok in zip(errors, kept, strict=True) if ok),
+            cost=tuple(spread for spread, ok in zip(cost, kept, strict=True) if ok),
+            peer=label.startswith("solve_bvp"),
+        )  # fmt: skip
 
 
 def _iteration(equations: Equations, mesh: Mesh) -> Mesh:

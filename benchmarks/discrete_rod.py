@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 import darboux as dx
-from benchmarks.timing import Row, Spread, interleaved
+from benchmarks.timing import Curve, Row, Spread, interleaved
 from darboux.kernels import band, discrete_rod
 from darboux.kernels.discrete_rod import State
 from darboux.statics.discrete_branch import ChainBranch
@@ -34,10 +34,19 @@ LOAD_FACTOR = 1e-6  # a Newton step that the line search accepts at once
 MOST_NS, MOST_BYTES = 400.0, 1500.0
 
 
-def rows(quick: bool) -> Iterator[Row]:
+def rows(quick: bool) -> Iterator[Row | Curve]:
     _memory(10)  # what is loaded and compiled at first use is not the rod's
+    made: dict[str, list[Spread]] = {"gradient and Hessian": [], "factor and solve": [], "LAPACK, factor and solve": []}
     for nodes, rounds in ROUNDS.items():
-        yield from _rows(nodes, rounds=min(rounds, 11) if quick else rounds)
+        for row in _rows(nodes, rounds=min(rounds, 11) if quick else rounds):
+            yield row
+            if row.name.startswith("discrete_rod.gradient"):
+                made["gradient and Hessian"].append(row.ours)
+            elif row.theirs is not None:
+                made["factor and solve"].append(row.ours)
+                made["LAPACK, factor and solve"].append(row.theirs)
+    for label, costs in made.items():
+        yield Curve("discrete_rod.size", label, tuple(ROUNDS), tuple(costs), peer=label.startswith("LAPACK"))
 
 
 def _helix(segments: int) -> Chain:

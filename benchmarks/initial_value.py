@@ -5,6 +5,7 @@ start carries the rod's weight, so that none is left at the end. All integrate t
 same tolerances, rtol 1e-8 and atol 1e-10. SciPy gets three right-hand sides, all written for this very problem: NumPy
 on small arrays, as a competent user writes it; plain Python numbers, which are faster for vectors this short; and
 compiled by numba. Of the compiled ones (one written for this problem, and our own kernel) SciPy gets the faster.
+The plot has tolerances from 1e-4 to 1e-12, and of SciPy's methods the best for strict ones too, DOP853.
 The truth is SciPy's DOP853 at rtol 1e-13 with the NumPy right-hand side, which shares no code with ours.
 """
 
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import darboux as dx
-from benchmarks.timing import Row, Spread, interleaved, seconds
+from benchmarks.timing import Curve, Row, Spread, interleaved, seconds
 from darboux.kernels import dormand_prince, rod_equations
 from darboux.paper.cases import FIGURE6_D, FIGURE6_EI, FIGURE6_K
 from darboux.statics import coefficients
@@ -29,7 +30,8 @@ from darboux.statics.coefficients import Scale
 Array = NDArray[np.float64]
 RightHandSide = Callable[[float, Array], Any]
 
-RTOL, ATOL, OUTPUTS, MOST_STEPS = 1e-8, 1e-10, 200, 100_000
+RTOL, OUTPUTS, MOST_STEPS = 1e-8, 200, 100_000  # atol is a hundredth of rtol
+RTOLS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)  # of the plot
 LENGTH, MASS = 0.3, 1e3 * np.pi * 0.5e-3**2  # m; kg/m of the printed radius and the density of figure 5
 WEIGHT = MASS * 9.81  # N/m
 
@@ -108,7 +110,7 @@ def _by_our_kernel(c: Array) -> RightHandSide:
     return derivative
 
 
-def rows(quick: bool) -> Iterator[Row]:
+def rows(quick: bool) -> Iterator[Row | Curve]:
     rod = dx.Rod(length=LENGTH, section=dx.Stiffness(EI1=FIGURE6_EI, GJ=FIGURE6_D, mass=MASS))
     problem = dx.Equilibrium(rod, loads=[dx.Gravity()])
     scale = Scale.of(problem)
@@ -120,15 +122,16 @@ def rows(quick: bool) -> Iterator[Row]:
     s = np.linspace(0.0, 1.0, OUTPUTS)
     states = np.empty(OUTPUTS * 13)
 
-    def scipy(right_hand_side: RightHandSide) -> Array:
-        found = solve_ivp(right_hand_side, (0.0, 1.0), y0, method="RK45", t_eval=s, rtol=RTOL, atol=ATOL)
+    def scipy(right_hand_side: RightHandSide, rtol: float = RTOL, method: str = "RK45") -> Array:
+        found = solve_ivp(right_hand_side, (0.0, 1.0), y0, method=method, t_eval=s, rtol=rtol, atol=0.01 * rtol)
         return np.asarray(found.y[:3].T)
 
-    def kernel() -> None:
-        dormand_prince.integrate(y0, s, *data, RTOL, ATOL, MOST_STEPS, states)
+    def kernel(rtol: float = RTOL) -> Array:
+        dormand_prince.integrate(y0, s, *data, rtol, 0.01 * rtol, MOST_STEPS, states)
+        return states.reshape(-1, 13)[:, :3]
 
-    def public() -> Array:
-        return dx.integrate(rod, k=FIGURE6_K, n=n0, loads=[dx.Gravity()], rtol=RTOL).r(LENGTH * s)
+    def public(rtol: float = RTOL) -> Array:
+        return dx.integrate(rod, k=FIGURE6_K, n=n0, loads=[dx.Gravity()], rtol=rtol).r(LENGTH * s) / LENGTH
 
     candidates: dict[str, RightHandSide] = {"its own": compiled, "our kernel": _by_our_kernel(data[1])}
     for candidate in candidates.values():
@@ -141,14 +144,13 @@ def rows(quick: bool) -> Iterator[Row]:
     }
 
     truth = solve_ivp(with_numpy, (0.0, 1.0), y0, method="DOP853", t_eval=s, rtol=1e-13, atol=1e-15).y[:3].T
-    kernel()
-    errors = [_distance(states.reshape(-1, 13)[:, :3], truth), _distance(public() / LENGTH, truth)]
+    errors = [_distance(kernel(), truth), _distance(public(), truth)]
     for side, (right_hand_side, targets) in sides.items():
         theirs = _distance(scipy(right_hand_side), truth)
         times = interleaved(kernel, public, partial(scipy, right_hand_side), rounds=11 if quick else 101)
         key = side.split()[0].lower()
-        ways = (("kernel", "kernel dormand_prince.integrate"), ("public", "darboux.integrate"))
-        for i, (name, what) in enumerate(ways):
+        names = (("kernel", "kernel dormand_prince.integrate"), ("public", "darboux.integrate"))
+        for i, (name, what) in enumerate(names):
             at_equal_error = float(np.median(times[2] / times[i])) * (theirs / errors[i]) ** 0.2
             yield Row(
                 name=f"initial_value.{name}.{key}",
@@ -164,6 +166,26 @@ def rows(quick: bool) -> Iterator[Row]:
                 error_of="centreline / L",
                 note=f"{at_equal_error:.0f}x at equal error (order 5)",
             )
+
+    side = candidates[chosen]
+    ways: dict[str, Callable[[float], Array]] = {
+        "our kernel": kernel,
+        "darboux.integrate": public,
+        "RK45, compiled": partial(scipy, side),
+        "DOP853, compiled": partial(scipy, side, method="DOP853"),
+    }
+    found = {label: _by_tolerance(way, truth, rounds=3 if quick else 15) for label, way in ways.items()}
+    for label, (at, cost) in found.items():
+        yield Curve("initial_value.error", label, at, cost, peer="compiled" in label)
+
+
+def _by_tolerance(
+    solve: Callable[[float], Array], truth: Array, rounds: int
+) -> tuple[tuple[float, ...], tuple[Spread, ...]]:
+    """Return errors and times in ms at each tolerance of the plot."""
+    errors = tuple(_distance(solve(rtol), truth) for rtol in RTOLS)
+    times = interleaved(*(partial(solve, rtol) for rtol in RTOLS), rounds=rounds)
+    return errors, tuple(Spread.of(1e3 * t) for t in times)
 
 
 def _distance(r: Array, truth: Array) -> float:

@@ -9,6 +9,8 @@
   is there all at once, 1 s. The first mode of a beam says q = q_static (1 - cos omega t); the error is the largest of
   the rod's projection on that mode, over its amplitude 2 q_static, and our step is chosen to keep it below 1 %.
   PyElastica's largest stable step is 1.4e-6 s; of its 714,286 steps 20,000 are timed, and the rest is reckoned.
+- Cost: one step of the midpoint rule (5e-4 s) and one of PyElastica, per segment, by turns. Theirs is explicit: 5e-5 s
+  with 50 segments, and shorter in proportion with more.
 - Only the stepping of PyElastica is timed; of ours all of `simulate`, with its checks and 100 records. Newton's method is
   followed to 1e-5 and 1e-6 rad, well below the error of the step.
 """
@@ -23,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import darboux as dx
-from benchmarks.timing import Row, Spread, seconds
+from benchmarks.timing import Curve, Row, Spread, interleaved, seconds
 from darboux.paper.cases import figure5
 
 Array = NDArray[np.float64]
@@ -37,7 +39,7 @@ SIZES = (50, 500, 5000)
 RECORDS = 100
 
 
-def rows(quick: bool) -> Iterator[Row | str]:
+def rows(quick: bool) -> Iterator[Row | Curve | str]:
     yield from _costs(rounds=3 if quick else 11)
     if find_spec("elastica") is None:
         yield "PyElastica is not installed here, so no motion was timed against it: pip install 'pyelastica>=1.0'."
@@ -92,8 +94,9 @@ def _released(rounds: int) -> Row:
     )
 
 
-def _rubber() -> Any:
-    return _Elastica(0.25, 1e-3, 1e3, 1e6, 1e6 / 3.0, np.array([1.0, 0.0, 0.0]), RELEASED_DT, weight=True)
+def _rubber(segments: int = SEGMENTS, dt: float = RELEASED_DT) -> Any:
+    ahead = np.array([1.0, 0.0, 0.0])
+    return _Elastica(0.25, 1e-3, 1e3, 1e6, 1e6 / 3.0, ahead, dt, segments=segments, weight=True)
 
 
 def _pyelastica_tips() -> Array:
@@ -150,7 +153,7 @@ class _Elastica:
 
     def __init__(
         self, length: float, radius: float, rho: float, E: float, shear: float, direction: Array, dt: float,
-        *, weight: bool = False, force: Array | None = None,
+        *, segments: int = SEGMENTS, weight: bool = False, force: Array | None = None,
     ) -> None:  # fmt: skip
         import elastica as ea
 
@@ -160,7 +163,7 @@ class _Elastica:
         self.simulator, self.stepper = Simulator(), ea.PositionVerlet()
         normal = np.array([0.0, 1.0, 0.0])
         self.rod = ea.CosseratRod.straight_rod(
-            SEGMENTS, np.zeros(3), direction, normal, length, radius, rho, youngs_modulus=E, shear_modulus=shear
+            segments, np.zeros(3), direction, normal, length, radius, rho, youngs_modulus=E, shear_modulus=shear
         )
         self.simulator.append(self.rod)
         clamp = {"constrained_position_idx": (0,), "constrained_director_idx": (0,)}
@@ -187,21 +190,33 @@ class _Elastica:
 # Cost
 
 
-def _costs(rounds: int) -> Iterator[Row]:
-    problem, costs = figure5(stretch=True), {}
+def _costs(rounds: int) -> Iterator[Row | Curve]:
+    problem = figure5(stretch=True)
+    peers = find_spec("elastica") is not None
+    newton: dict[int, Array] = {}
+    ours, theirs = [], []
     for size in SIZES:
         method, steps = dx.ImplicitMidpoint(size, step=5e-4), max(20, 20_000 // size)
         motion = dx.Motion(problem, steps * 5e-4)
         done = dx.simulate(motion, method, records=1).statistics
-        times = [
-            seconds(lambda motion=motion, method=method: dx.simulate(motion, method, records=1)) for _ in range(rounds)
-        ]
-        costs[size] = 1e9 * np.array(times) / done["newton_iterations"] / size
+        works = [lambda motion=motion, method=method: dx.simulate(motion, method, records=1)]
+        if peers:
+            # The step shrinks with the segments, as a wave's way does.
+            rod = _rubber(size, RELEASED_DT * SEGMENTS / size)
+            works.append(lambda rod=rod, steps=steps: rod(steps))
+        times = [1e9 * t / steps / size for t in interleaved(*works, rounds=rounds, span=0.0)]
+        newton[size] = times[0] * done["steps"] / done["newton_iterations"]
+        ours.append(Spread.of(times[0]))
+        theirs += [Spread.of(t) for t in times[1:]]
         yield Row(
             name=f"motion.cost_{size}",
             what=f"one Newton iteration of a midpoint step, per segment, {size:,} segments",
-            ours=Spread.of(costs[size]),
+            ours=Spread.of(newton[size]),
             unit="ns",
+            guard=float(np.median(newton[size] / times[1])) if peers else None,
             note=f"{done['newton_iterations'] / done['steps']:.1f} iterations a step; "
-            f"{np.median(costs[size]) / np.median(costs[SIZES[0]]):.2f} times that at {SIZES[0]} segments",
+            f"{np.median(newton[size]) / np.median(newton[SIZES[0]]):.2f} times that at {SIZES[0]} segments",
         )
+    yield Curve("motion.size", "midpoint rule", SIZES, tuple(ours))
+    if peers:
+        yield Curve("motion.size", "PyElastica, explicit", SIZES, tuple(theirs), peer=True)

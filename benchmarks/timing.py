@@ -75,6 +75,21 @@ class Row:
         return 1.0 / self.ratio.median if self.ratio is not None else self.guard
 
 
+@dataclass(frozen=True)
+class Curve:
+    """One curve of a plot: what was paid, each time as ``cost`` in the panel's unit, ``at`` a size or an error.
+
+    ``panel`` is a key of ``plots.PANELS``; ``marks`` are short words beside the points.
+    """
+
+    panel: str
+    label: str
+    at: tuple[float, ...]
+    cost: tuple[Spread, ...]
+    peer: bool = False
+    marks: tuple[str, ...] = ()
+
+
 TURN = 0.01  # s
 
 

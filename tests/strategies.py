@@ -1,4 +1,4 @@
-"""Random problems for hypothesis: whole ones, of any size, stated as a user might, mostly within reason.
+"""Random problems and motions for hypothesis: whole ones, of any size, stated as a user might, mostly within reason.
 
 Everything is drawn without dimensions and scaled by a length and a stiffness, so that a micrometre filament and a sea cable
 are as frequent as a metre of wire.
@@ -6,6 +6,7 @@ are as frequent as a metre of wire.
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -174,3 +175,142 @@ def problems(draw: Draw) -> dx.Equilibrium:
         place = np.array(position) + 0.9 * s * np.array(draw(directions()))
         between = {s: dx.Spring(linear=draw(magnitude(0.1, 100.0)) * EI / rod.length**3, position=place)}
     return dx.Equilibrium(rod, start=start, end=end, loads=acting, between=between)
+
+
+# Motions
+
+
+def swinging(size: Any, rate: float) -> Any:
+    """Return a function of time that begins at zero, at rest, and swings by about ``size``."""
+    return lambda t: np.array(size) * (1.0 - np.cos(rate * t))
+
+
+def turning(frame: Any, axis: Any, angle: float, rate: float) -> Any:
+    """Return a frame as a function of time, swinging about an axis from where it is."""
+    K = np.cross(np.eye(3), np.array(axis))
+
+    def turned(t: float) -> Any:
+        a = angle * (1.0 - np.cos(rate * t))
+        return (np.eye(3) - np.sin(a) * K + (1.0 - np.cos(a)) * K @ K) @ frame
+
+    return turned
+
+
+@st.composite
+def dampings(draw: Draw, length: float, time: float, mass: float) -> Any:
+    """One damping, from hardly any to more than critical."""
+    strength = draw(magnitude(1e-3, 30.0))
+    fluid = scaled(draw(vector(2.0)), length / time)
+    moving = swinging(fluid, draw(number(1.0, 20.0)) / time) if draw(st.booleans()) else fluid
+    match draw(st.sampled_from(["mass", "inner", "linear drag", "quadratic drag"])):
+        case "mass":
+            return dx.MassDamping(strength / time)
+        case "inner":
+            return dx.KelvinVoigt(*(draw(magnitude(1e-5, 0.1)) * time for _ in range(3)))
+        case "linear drag":
+            return dx.LinearDrag(strength * mass / time, 2.0 * strength * mass / time, fluid=moving)
+    return dx.QuadraticDrag(0.1 * strength * mass / length, strength * mass / length, fluid=moving)
+
+
+@st.composite
+def far_ends(draw: Draw, place: Any, frame: Any, EI: float, length: float) -> Any:
+    """What holds the far end where the unloaded rod has it."""
+    match draw(st.sampled_from(["clamped", "pinned", "hinge", "universal", "roller", "slider", "guided", "spring"])):
+        case "clamped":
+            return dx.Clamped(position=place, frame=frame)
+        case "pinned":
+            return dx.Pinned(place)
+        case "hinge":
+            return dx.Hinge(axis=frame[:, 0], position=place, frame=frame)
+        case "universal":
+            return dx.Universal(axis=frame[:, 0], section_axis=frame[:, 1], position=place, frame=frame)
+        case "roller":
+            return dx.Roller(along=frame[:, draw(st.integers(0, 2))], position=place)
+        case "slider":
+            return dx.Slider(along=frame[:, draw(st.integers(0, 2))], position=place, frame=frame)
+        case "guided":
+            return dx.Guided(frame=frame)
+    return dx.Spring(linear=draw(magnitude(0.1, 1e3)) * EI / length**3, position=place)
+
+
+@st.composite
+def motions(draw: Draw) -> tuple[dx.Motion, Any]:
+    """A motion of a few segments and a short time, with a method: supports that move or let go, loads in time, damping.
+
+    One in ten is out of all reason: its loads a thousand times as large.
+    """
+    rod = draw(rods())
+    rod = dataclasses.replace(rod, shear=False)
+    stiffness = rod.stiffness(np.zeros(1))
+    EI, EA = float(stiffness.EI1[0]), float(stiffness.EA[0])
+    length, mass = rod.length, float(rod.mass(np.zeros(1), "the test")[0])
+    time = length**2 * np.sqrt(mass / EI)
+    segments, duration = draw(st.integers(2, 16)), time * draw(magnitude(0.01, 1.0))
+    method = draw(st.sampled_from(["midpoint", "TR-BDF2", "Verlet"] if rod.stretch else ["midpoint", "TR-BDF2"]))
+    if method == "midpoint":
+        how: Any = dx.ImplicitMidpoint(segments, step=duration / draw(st.integers(20, 200)))
+    elif method == "TR-BDF2":
+        how = dx.TRBDF2(segments, rtol=draw(magnitude(1e-6, 1e-3)))
+    else:  # about ten thousand steps at most
+        how = dx.StormerVerlet(segments)
+        waves = segments * max(np.sqrt(EA * length**2 / EI), 5.0 * segments) / time
+        duration = min(duration, 1e4 / waves)
+
+    frame, position = draw(frames()), np.array(scaled(draw(vector(1.0)), length))
+    start: Any = dx.Clamped(position=position, frame=frame)
+    end: Any = dx.Free()
+    initial: Any = "unloaded"
+    where = draw(st.sampled_from(["free", "free", "as unloaded", "elsewhere" if rod.stretch else "free"]))
+    if where == "as unloaded" and rod.natural is None:
+        end = draw(far_ends(position + length * frame[:, 2], frame, EI, length))
+        start = draw(st.sampled_from([start, dx.Pinned(position)])) if any(end.held_rotation) else start
+    elif where == "elsewhere":
+        start, end, initial = dx.Clamped(frame=frame), draw(ends(length, EI)), "equilibrium"
+    elif draw(st.integers(0, 3)) == 0:
+        start = draw(st.sampled_from([dx.Pinned(position), dx.Hinge(axis=frame[:, 0], position=position, frame=frame)]))
+    free = not end.holds
+    size = draw(st.sampled_from([1.0] * 9 + [1e3]))
+    acting = draw(st.lists(loads(length, size * EI, mass, free), max_size=3))
+    problem = dx.Equilibrium(rod, start=start, end=end, loads=acting)
+
+    factors: list[Any] = []
+    for load in acting:
+        value = draw(number(-2.0, 2.0))
+        in_time = [value, lambda t, value=value: value * np.sin(5.0 * t / time)]
+        factors.append(1.0 if isinstance(load, dx.Rotation) else draw(st.sampled_from(in_time)))
+    moving: dict[str, Any] = {}
+    for at, support in (("start", start), ("end", end)):
+        reach = rod.stretch or free  # a straight rod that does not stretch can't be pulled at
+        if reach and all(support.held_displacement) and draw(st.integers(0, 3)) == 0:
+            rate = draw(number(1.0, 20.0)) / time
+            way = swinging(scaled(draw(vector(0.1)), length), rate)
+            turn = turning(support.R, draw(directions()), draw(number(-1.0, 1.0)), rate)
+            moving[at] = dx.Moving(
+                position=lambda t, support=support, way=way: np.array(support.position) + way(t),
+                frame=turn if all(support.held_rotation) and draw(st.booleans()) else None,
+            )
+    release = {}
+    for at in ("start", "end"):
+        if draw(st.integers(0, 3)) == 0:
+            release[at] = duration * draw(st.sampled_from([0.0, 0.0, 0.3, 0.77]))
+    # A couple that nothing resists would make a thin rod spin, all of whose turns are followed: minutes.
+    spun = any(isinstance(load, dx.EndMoment | dx.PointMoment | dx.LineCouple) for load in acting)
+    velocity = np.array(scaled(draw(vector(2.0)), length / time))
+    velocities: list[Any] = [None, velocity, lambda s: np.sin(3.0 * s / length)[:, None] * velocity]
+    if not rod.stretch:  # a straight one may turn about its start
+        across = np.cross(velocity, frame[:, 2])
+        straight = free and rod.natural is None
+        velocities = [None, lambda s: s[:, None] / length * across] if straight else [None]
+    motion = dx.Motion(
+        problem,
+        duration,
+        initial=initial,
+        velocity=draw(st.sampled_from(velocities)),
+        spin=draw(st.sampled_from([0.0, 3.0 / time])),
+        load_factor=factors if draw(st.booleans()) else None,
+        damping=draw(st.lists(dampings(length, time, mass), max_size=2)),
+        release=release,
+        rotary_inertia=mass * length**2 * draw(magnitude(1e-4, 1e-2)) if spun or draw(st.booleans()) else None,
+        **moving,
+    )
+    return motion, how

@@ -437,3 +437,20 @@ def test_the_picture_keeps_the_shape() -> None:
     assert "#" in "".join(lines[len(lines) // 2 - 2 : len(lines) // 2 + 2])
     straight = terminal.picture(np.array([[0, 0, 0], [0, 0, 1.0]]))
     assert len(straight.splitlines()) == terminal.ROWS + 1
+
+
+def test_view_draws_a_scenario_a_motion_and_a_result(run: Any) -> None:
+    pytest.importorskip("pyvista")
+    run("new", "helix")
+    run("new", "falling")
+    small = ("--size", "200x150")
+    assert "Drawn in a.png" in run("view", "helix.toml", "--out", "a.png", "--ghost", "--directors", *small).stdout
+    run("solve", "helix.toml", "--out", "helix.nc")
+    assert run("view", "helix.nc", "--out", "b.png", "--field", "none", "-q", *small).stdout == ""
+    drawn = run("view", "falling.toml", "--out", "c.png", "--time", "0.5", "--field", "speed", *small)
+    assert drawn.exit_code == 0, drawn.output
+    pictures = [Path(f"{name}.png").read_bytes() for name in "abc"]
+    assert all(picture[:4] == b"\x89PNG" for picture in pictures)
+    assert len(set(pictures)) == 3
+    sentence(run("view", "helix.nc", "--out", "d.png", "--size", "200"), 2, "--size is '200'", "1200x900")
+    sentence(run("view", "helix.nc", "--out", "d.png", "--size", "20x15"), 2, "between 160 x 120 and")

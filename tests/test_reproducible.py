@@ -14,6 +14,7 @@ import darboux as dx
 from tests import cases
 
 METHODS = [dx.Collocation(), dx.Shooting(), dx.Elastica(), dx.DiscreteRod(30)]
+MOTIONS = [dx.ImplicitMidpoint(20, step=1e-3), dx.TRBDF2(20), dx.StormerVerlet(12)]
 WEIGHTS = (5.0, 10.0, 15.0, 20.0)
 
 
@@ -21,10 +22,20 @@ def states(weight: float, method: Any) -> bytes:
     return dx.solve(cases.heavy(weight), method).curve.y.tobytes()
 
 
-def positions(weight: float) -> bytes:
-    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, EA=1e3, mass=1.0))
-    hanging = dx.Equilibrium(rod, start=cases.ALONG_X, loads=[dx.Gravity((0, -weight, 0))])
-    return dx.simulate(dx.Motion(hanging, duration=0.02), dx.ImplicitMidpoint(20, step=1e-3)).positions.tobytes()
+def motion(weight: float) -> dx.Motion:
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, EA=1e3, mass=1.0), stretch=True)
+    hanging = dx.Equilibrium(rod, start=cases.ALONG_X, loads=[dx.Gravity((0, -weight, 0)), dx.EndForce((0, 0, 1.0))])
+    growing = dx.Table([0.0, 0.02], [0.0, 1.0])
+    return dx.Motion(
+        hanging, duration=0.02, load_factor=[None, growing], damping=[dx.MassDamping(1.0)], release={"start": 0.01}
+    )
+
+
+def trajectory(weight: float, method: Any) -> bytes:
+    found = dx.simulate(motion(weight), method, records=10)
+    return b"".join(
+        part.tobytes() for part in (found.positions, found.velocities, found.directors, found.energy.balance)
+    )
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: type(method).__name__)
@@ -35,10 +46,12 @@ def test_threads_do_not_disturb_each_other(method: Any) -> None:
     assert together == alone * 3
 
 
-def test_motions_in_threads() -> None:
-    alone = [positions(weight) for weight in WEIGHTS]
+@pytest.mark.parametrize("method", MOTIONS, ids=lambda method: type(method).__name__)
+def test_motions_in_threads(method: Any) -> None:
+    alone = [trajectory(weight, method) for weight in WEIGHTS]
+    assert len(set(alone)) == len(WEIGHTS)
     with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(positions, WEIGHTS)) == alone
+        assert list(pool.map(trajectory, WEIGHTS * 2, [method] * 8)) == alone * 2
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: type(method).__name__)
@@ -50,14 +63,19 @@ def test_solutions_pickle(method: Any) -> None:
     assert copy.stable == solution.stable
 
 
-def test_trajectories_pickle() -> None:
-    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, EA=1e3, mass=1.0), stretch=True)
-    motion = dx.Motion(dx.Equilibrium(rod, loads=[dx.Gravity((1, 0, 0))]), duration=0.01)
-    trajectory = dx.simulate(motion, dx.TRBDF2(8))
-    assert pickle.loads(pickle.dumps(trajectory)) == trajectory
+@pytest.mark.parametrize("method", MOTIONS, ids=lambda method: type(method).__name__)
+def test_motions_and_trajectories_pickle(method: Any) -> None:
+    asked = motion(5.0)
+    assert pickle.loads(pickle.dumps(asked)) == asked
+    found = dx.simulate(asked, method, records=4)
+    copy = pickle.loads(pickle.dumps(found))
+    assert copy == found
+    np.testing.assert_array_equal(copy.at(0.011).r, found.at(0.011).r)
 
 
 def test_another_process_finds_the_same_bits() -> None:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         there = list(pool.map(states, WEIGHTS[:2], [dx.Collocation(), dx.DiscreteRod(30)]))
+        moved = list(pool.map(trajectory, WEIGHTS[:3], MOTIONS))
     assert there == [states(WEIGHTS[0], dx.Collocation()), states(WEIGHTS[1], dx.DiscreteRod(30))]
+    assert moved == list(map(trajectory, WEIGHTS[:3], MOTIONS))

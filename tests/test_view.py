@@ -214,6 +214,34 @@ def test_every_support_has_a_mark_that_does_not_cover_the_rod(support: Any) -> N
         assert np.max(points[:, 2]) < 0.03  # the rod leaves along +z
 
 
+LOADS = {
+    "nothing": (dx.Gravity(), 0, []),
+    "force": (dx.EndForce((0, 0.02, 0)), 1, ["20 mN"]),
+    "follower": (dx.PointForce((0.02, 0, 0), at=0.1, follower=True), 1, ["20 mN, follower"]),
+    "moment": (dx.EndMoment((0, 1e-4, 0)), 1, ["100 µN m"]),
+    "moment in a station": (dx.PointMoment((0, 0, 1e-4), at=0.1, follower=True), 1, ["100 µN m, follower"]),
+    "line": (dx.LineForce((0, 0.1, 0)), 10, []),
+    "line of the shape": (dx.LineForce(lambda s, r, R: 0.1 * R[:, :, 0]), 10, []),
+    "couple": (dx.LineCouple((0, 0, 1e-4)), 10, []),
+    "couple of the shape": (dx.LineCouple(lambda s, r, R: 1e-4 * R[:, :, 2]), 10, []),
+    "foundation": (dx.Foundation(2.0), 10, []),
+    "rotation": (dx.Rotation((0, 0, 3.0)), 10, ["3 rad/s"]),
+    "no rotation": (dx.Rotation((0, 0, 0.0)), 0, [""]),
+}
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_every_load_has_its_marks_and_words(bent: dx.EquilibriumSolution, name: str) -> None:
+    load, least, words = LOADS[name]
+    along = shape.of(bent)
+    pen = marks.Marks(0.02, 0.004, np.array([0.0, -1.0, 0.0]))
+    drawn_parts, labels = marks.loads(pen, dx.Equilibrium(bent.problem.rod, loads=[load]), along)
+    assert len(drawn_parts) >= least
+    assert bool(drawn_parts) == bool(least)
+    assert [label.words for label in labels] == words
+    assert all(np.all(np.isfinite(part.points)) for part in drawn_parts)
+
+
 def test_arrows_are_as_long_and_turn_as_what_they_stand_for() -> None:
     pen = marks.Marks(0.05, 0.01, np.array([0.0, -1.0, 0.0]))
     parts, label = pen.force(np.zeros(3), np.array([0.0, 0.0, -2.0]), 2.0, np.array([1.0, 0.0, 0.0]), "2 N")

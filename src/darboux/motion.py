@@ -205,6 +205,8 @@ class Motion:
                 f"motion.load_factor has {len(self.load_factor)} factors, but the problem has {loads} loads; give one for each in "
                 "their order (None where it does not change), or one for all."
             )
+        if not loads:
+            return None
         one = (1.0 if factor is None else factor for factor in self.load_factor)
         return tuple(_checked_factor(f"motion.load_factor[{i}]", factor) for i, factor in enumerate(one))
 
@@ -299,6 +301,8 @@ class Motion:
         if not both or problem.rod.stretch or (self.start is None and self.end is None):
             return
         for t in times:
+            if not (self.held("start", float(t)) and self.held("end", float(t))):
+                return
             distance = float(np.linalg.norm(self.position("end", float(t)) - self.position("start", float(t))))
             if distance > problem.rod.length * (1.0 + 1e-9):
                 raise InvalidInput(

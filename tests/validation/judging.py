@@ -83,6 +83,7 @@ class Row:
     tolerance: float
     resolution: str
     seconds: float
+    bracket: bool = False  # the answer lies between the two of ours, whose half distance the error is
 
 
 @dataclass
@@ -172,7 +173,7 @@ class Judge:
         rtol = f"rtol {method.rtol:g}" if hasattr(method, "rtol") else f"{method.segments} segments"
         self._keep(
             Row(case, name, what, type(method).__name__, [critical], ours, width, width, rtol,
-                time.perf_counter() - began)
+                time.perf_counter() - began, bracket=True)
         )  # fmt: skip
         assert found == sides, f"{found} on either side of {critical}, {sides} expected"
 

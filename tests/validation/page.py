@@ -88,8 +88,9 @@ def _page(recorder: Recorder) -> str:
         "Errors are the largest over the values read, relative to the largest of them or to 1. Tolerances follow from the method: `rtol` of",
         "`Collocation`, ten times `rtol` of `Shooting` (which counts it per step) and `Elastica`; a discrete rod is solved on N and 2 N segments,",
         "the error of the finer one is estimated as a third of their difference, and the extrapolation must meet the record within a quarter",
-        "of that: this holds its order, too. A bracket is as wide as the method sees. Times are of all solves of a line, with Python's",
-        "overhead, on a machine that did other things as well; *known* marks a disagreement that is understood and not yet mended.",
+        "of that: this holds its order, too. A bracket is as wide as the method sees, and the error *within* that. Times are of",
+        "all solves of a line, with Python's overhead, on a machine that did other things as well; *known* marks a disagreement that is",
+        "understood and not yet mended.",
     ]
     for family, found in recorder.rows.items():
         lines += [
@@ -121,7 +122,7 @@ def _line(row: Row, outcome: str) -> str:
         row.method,
         _numbers(row.exact),
         _numbers(row.ours),
-        f"{row.error:.1e}",
+        ("within " if row.bracket else "") + f"{row.error:.1e}",
         f"{row.tolerance:.1e}",
         row.resolution,
         f"{row.seconds:.2f} s",

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import darboux as dx
-from tests.validation.judging import COLLOCATION, NEAR, SHOOTING
+from tests.validation.judging import COLLOCATION, NEAR, SHOOTING, Statement
 from tests.validation.record import Digits, digits, stated
 
 UP = (0.0, 0.0, 1.0)
@@ -284,3 +284,50 @@ def test_writhing_of_the_clamped_elastica(name, judge) -> None:
     D = 0.999 * float(shortening.value[0])  # before it, the force is that of the plane elastica
     k2 = brentq(lambda k2: 2.0 - 2.0 * ellipe(k2) / ellipk(k2) - D, 1e-9, 1.0 - 1e-12, xtol=1e-15)
     assert abs(-_approached(ratio, D).n(0.0)[2] / (16.0 * ellipk(k2) ** 2) - 1.0) < 1e-8
+
+
+# Rings under pressure
+
+PUSH = 1e-3  # of EI / R^3: bends the ring by some 1e-4 R
+PRESSED = {
+    "hydrostatic, n = 2": (2, digits("T19", "p_cr R^3/EI, hydrostatic (follower normal), n=2"),
+                           lambda p, out: dx.LineForce((p, 0, 0), frame="section")),
+    "hydrostatic, n = 3": (3, digits("T19", "hydrostatic n=3"), lambda p, out: dx.LineForce((p, 0, 0), frame="section")),
+    "dead, n = 2": (2, digits("T19", "dead radial"), lambda p, out: dx.LineForce(lambda s: -p * out(s))),
+    "to the centre, n = 2": (2, digits("T19", "load directed to the fixed centre"),
+                             lambda p, out: dx.LineForce(lambda s, r, R: -p * r / np.linalg.norm(r, axis=-1, keepdims=True))),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PRESSED)
+def test_rings_under_pressure(name, judge) -> None:
+    """T19; M. Levy 1884, S. R. Bodner 1958: p R^3 / EI = n^2 - 1, n^2, ... by what the loads do as the ring bends.
+
+    A follower has no potential, hence no index. But a force cos(n theta) across the ring bends it by w, and 1 / w falls in
+    proportion to p down to zero at the critical load: two loads give that. A half wave between two lines of
+    symmetry, on which the ring slides, stands for the whole ring.
+    """
+    n, exact, pressure = PRESSED[name]
+    theta = np.pi / n
+    rod = dx.Rod(theta, dx.Stiffness(EI1=1e4, EI2=1.0, GJ=1e4), natural=(0.0, 1.0, 0.0))
+
+    def out(s):
+        return np.stack([-np.cos(s), np.zeros_like(s), np.sin(s)], axis=-1)
+
+    def line(s):
+        ahead = (np.sin(s), 0.0, np.cos(s))
+        return dx.Slider(along=out(s), position=out(s), tangent=ahead, d1=-out(s))
+
+    def bent(p, push):
+        loads = [dx.LineForce(lambda s: push * np.cos(n * s)[:, None] * out(s)), *([pressure(p, out)] if p else [])]
+        problem = dx.Equilibrium(rod, start=line(0.0), end=line(theta), loads=loads)
+        return -dx.solve(problem, dx.Collocation(rtol=1e-11)).r(0.0)[0] - 1.0
+
+    def critical():
+        half = 0.5 * float(exact.value[0])
+        free, pressed = ((bent(p, PUSH) - bent(p, -PUSH)) / 2.0 for p in (0.0, half))
+        return half / (1.0 - free / pressed)
+
+    statement = Statement("T19", name, None, "p R^3 / EI", lambda _: None, exact)
+    # What is left is of the square of the bend, and rtol over the bend.
+    judge.continuous(statement, "Collocation", critical, 1e-6, "rtol 1e-11, two loads")

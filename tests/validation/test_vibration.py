@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import ellipe, ellipk
 
 import darboux as dx
 from tests.validation.judging import COLLOCATION
@@ -329,4 +330,27 @@ def test_heavy_cantilever_by_natural_modes(judge) -> None:
     shape = dx.solve(problem, COLLOCATION)
     judge.discrete(
         "V07", name, "omega", "natural_modes", by_natural_modes(problem, 5, about=shape), exact, 128, 1e-5, order=4
+    )
+
+
+# Buckled
+
+BUCKLED = {
+    alpha: Digits(np.concatenate([digits("V08", f"alpha={alpha} deg, immovable", f"omega_{n}^2").value for n in (1, 2, 3)]) ** 0.5)
+    for alpha in (30, 90)
+}  # fmt: skip
+STIFF = 1e8  # EA L^2 / EI: the record's rod does not stretch
+
+
+@pytest.mark.parametrize("alpha", BUCKLED)
+def test_a_buckled_column(alpha, judge) -> None:
+    """V08, in the plane, both ends pinned at their distance 2 E / K - 1, modulus sin(alpha / 2); it may turn about their line."""
+    m = np.sin(0.5 * np.radians(alpha)) ** 2
+    ends = {"start": dx.Pinned(), "end": dx.Pinned((0, 0, 2.0 * ellipe(m) / ellipk(m) - 1.0))}
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1e4, EI2=1.0, GJ=1e4, EA=STIFF, mass=1.0), stretch=True)
+    problem = dx.Equilibrium(rod, **ends)
+    about = dx.solve(problem, start=dx.solve(dx.Equilibrium(FLAT, **ends)))
+    answer = by_natural_modes(problem, 3, rigid=1, about=about)
+    judge.discrete(
+        "V08", f"alpha = {alpha} deg, immovable", "omega", "natural_modes", answer, BUCKLED[alpha], 64, 1e-6, order=4
     )

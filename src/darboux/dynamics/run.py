@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 class Run:
     """Where a motion is: ``t`` in s, the dimensionless state, velocities, accelerations and tally of energy."""
 
+    advice = "Try more segments, or look whether loads and supports pull the rod apart there."
     numbers: tuple[str, ...] = ("t", "steps", "iterations", "halvings")  # those that a run goes on with
 
     def __init__(self, system: System) -> None:
@@ -47,7 +48,7 @@ class Run:
         place = self.system.place_of(self.system.space.residual)
         return (
             f"a step of {self.smallest:.2g} s does not converge at t = {self.t:.6g} s, worst near s = {place:.4g} m; what was "
-            "reached is kept. Try more segments, or look whether loads and supports pull the rod apart there."
+            f"reached is kept. {self.advice}"
         )
 
     @property

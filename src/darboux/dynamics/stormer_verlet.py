@@ -53,6 +53,7 @@ class StormerVerlet:
 
 
 class _Explicit(Run):
+    advice = "Try a shorter step, which fast motion and damping need, more segments, or ImplicitMidpoint()."
     numbers = (*Run.numbers, "step")
 
     def __init__(self, system: System, step: float | None) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
+from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod
 from darboux.kernels.discrete_rod import Elasticity, Loads, State
 from darboux.kernels.rod_equations import (
@@ -494,28 +495,44 @@ def nodes_along(
 
     s(x) = (g^x - 1) / (g - 1),   mirrored for the other end, and in two halves where both ends are held
 
-    ``stations`` are met by the nodes next to them, which take the others along; each segment is then halved ``halvings`` times.
+    ``stations``, in their order, are met each by a node of its own next to it, which takes the others along; each segment is
+    then halved ``halvings`` times. Raises ``InvalidInput`` where there are more stations than nodes between the ends.
     """
-    x = np.linspace(0.0, 1.0, segments + 1)
 
     def away_from_start(x: Array) -> Array:
         return x if grading == 1.0 else np.asarray(np.expm1(x * np.log(grading)) / (grading - 1.0))
 
-    def graded(x: Array) -> Array:
+    def back(s: Array) -> Array:
+        return s if grading == 1.0 else np.asarray(np.log1p(s * (grading - 1.0)) / np.log(grading))
+
+    def spaced(x: Array, law: Callable[[Array], Array]) -> Array:
         if start_held and end_held:
-            half = 0.5 * away_from_start(1.0 - np.abs(2.0 * x - 1.0))
+            half = 0.5 * law(1.0 - np.abs(2.0 * x - 1.0))
             return np.where(x <= 0.5, half, 1.0 - half)
-        return away_from_start(x) if start_held else 1.0 - away_from_start(1.0 - x)
+        return law(x) if start_held else 1.0 - law(1.0 - x)
 
     fine = np.linspace(0.0, 1.0, segments * 2**halvings + 1)
     if len(stations):
-        wanted = np.interp(stations, graded(x), x)  # near enough: the nodes are moved onto the stations below
-        nearest = np.clip(np.rint(wanted * segments), 1, segments - 1)
+        wanted = spaced(np.array(stations), back)
+        nearest = _one_each(np.rint(wanted * segments), segments)
         fine = np.interp(fine, [0.0, *(nearest / segments), 1.0], [0.0, *wanted, 1.0])
-    nodes = graded(fine)
+    nodes = spaced(fine, away_from_start)
     for s, i in zip(stations, nearest.astype(int) if len(stations) else (), strict=True):
-        nodes[i * 2**halvings] = s
+        nodes[i * 2**halvings] = s  # to the last bit
     return nodes
+
+
+def _one_each(nearest: Array, segments: int) -> Array:
+    """Return the nodes between the ends next to the ones asked for, in rising order, such that no two are the same."""
+    count = len(nearest)
+    if count >= segments:
+        raise InvalidInput(
+            f"segments is {segments}, but loads or supports act at {count} places between the ends, each of which needs a vertex; "
+            f"take {count + 1} segments or more."
+        )
+    order = np.arange(count)
+    rising = np.maximum.accumulate(np.maximum(nearest - order, 1.0))
+    return np.asarray(np.minimum(rising, segments - count) + order)
 
 
 def _means(function: Callable[[Array], Array], nodes: Array) -> Array:
