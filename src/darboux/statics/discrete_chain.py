@@ -345,6 +345,8 @@ class Chain:
         reactions = list(shape.reactions)
         for end, k, place, R in self._ends(shape.state):
             seven = step[end.block.part]
+            if end.rigid and not seven.any():
+                continue
             turn = end.turn(seven, R)
             if end.groove:
                 c, by_unknowns, _ = end.out_of_groove(place, R)
@@ -414,7 +416,8 @@ class Chain:
     def hold(self, shape: Shape, load_factor: float, band: Array, gradient: Array, symmetric: bool) -> None:
         """Bring a band and its gradient to the supports' unknowns, with what supports and end loads add."""
         for end, k, x, R in self._ends(shape.state):
-            end.hold(band, gradient, x, R, shape.reactions[k], self.penalty, symmetric)
+            if not end.rigid:  # all of what a clamp holds is fixed afterwards
+                end.hold(band, gradient, x, R, shape.reactions[k], self.penalty, symmetric)
         x = shape.state.x.reshape(-1, 3)
         for i, conditions, block in self.between:
             A, K = conditions.support.displacement_axes, conditions.stiffness[:3, :3]
@@ -433,14 +436,17 @@ class Chain:
         """Return the packed step of a step in the supports' unknowns."""
         result = step.copy()
         for end, _, _, R in self._ends(shape.state):
-            result[end.block.part] = end.transformation(R) @ step[end.block.part]
+            if step[end.block.part].any():
+                result[end.block.part] = end.transformation(R) @ step[end.block.part]
         for _, conditions, block in self.between:
             result[block.part] = conditions.support.displacement_axes @ step[block.part]
         return result
 
     def energy_of_supports(self, shape: Shape, load_factor: float) -> float:
         """Return the energy of springs and grooves."""
-        energy = sum(end.energy(x, R, shape.reactions[k], self.penalty) for end, k, x, R in self._ends(shape.state))
+        energy = 0.0
+        for end, k, x, R in self._ends(shape.state) if any(end.stores for end in self.ends) else ():
+            energy += end.energy(x, R, shape.reactions[k], self.penalty)
         x = shape.state.x.reshape(-1, 3)
         for i, conditions, _ in self.between:
             u = x[i] - conditions.pose(load_factor)[0]

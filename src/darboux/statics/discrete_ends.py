@@ -87,6 +87,11 @@ class End:
         self.groove = support.sliding == "section" and any(support.held_displacement)
         self.universal = support.held_rotation == (False, False, True)
         self.places = any(support.held_displacement) or support.linear is not None
+        self.rigid = bool(np.all(self.fixed))
+        sprung = support.linear is not None or support.rotational is not None
+        self.stores = sprung or self.groove  # energy
+        acting = np.any(self.moment) or np.any(self.section_force) or np.any(self.section_moment)
+        self.bare = not (self.stores or acting or self.universal)  # it adds nothing
         self.at(0.0)
 
     @property
@@ -209,8 +214,14 @@ class End:
         self, band: Array, gradient: Array, x: Array, R: Array, reaction: Array, penalty: float, symmetric: bool
     ) -> None:
         """Bring the band and the gradient to the support's own unknowns, and add what support and loads add."""
-        terms, T, t = self.terms(x, R, reaction, penalty), self.transformation(R), R[:, 2]
+        T, t = self.transformation(R), R[:, 2]
         by_turn = turned_twice(gradient[self.block.part][self.far], self.outward * self.ghost * t)  # the chart's own
+        if self.bare:
+            C, own = self.axes(R)[0], np.zeros((7, 7))
+            own[self.far, self.far] = C.T @ by_turn @ C
+            self.block.transform(band, gradient, T, own, symmetric)
+            return
+        terms = self.terms(x, R, reaction, penalty)
         H, g = terms.tangent, terms.gradient
         H[PHI, PHI] += by_turn
         C, A = self.axes(R)
