@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -85,7 +87,17 @@ def quaternion_of_turn(phi: Array) -> Array:
 
 def rotation(phi: Array) -> Array:
     """Return the matrix (3, 3) of a rotation vector (3,) in rad."""
-    return matrix_of_quaternion(quaternion_of_turn(phi[None])[0])
+    x, y, z = phi.tolist()
+    angle = math.sqrt(x * x + y * y + z * z)
+    w, share = math.cos(0.5 * angle), math.sin(0.5 * angle) / angle if angle > 1e-8 else 0.5
+    x, y, z = share * x, share * y, share * z
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
 
 
 def accumulated(turns: Array) -> Array:

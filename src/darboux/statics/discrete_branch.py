@@ -253,8 +253,9 @@ class ChainBranch:
         if index < 0:
             return change, np.inf
         tangent = self._solve(factors, -change)
-        fixed = self.chain.fixed  # a support that moves takes along what it holds
-        tangent[fixed] = self.chain.rates(shape, there, step)[fixed]
+        if not self.chain.still:  # a support that moves takes along what it holds
+            fixed = self.chain.fixed
+            tangent[fixed] = self.chain.rates(shape, there, step)[fixed]
         tangent = self.chain.packed(shape, tangent)
         return tangent, self.chain.turn(tangent)
 

@@ -375,9 +375,19 @@ class Chain:
             if end.load_factor != load_factor:
                 end.at(load_factor)
 
+    @property
+    def still(self) -> bool:
+        """True where no support moves on the way: its clamps are fixed, and its other ends hold nothing."""
+        growing = any(conditions.first is not None for _, conditions, _ in self.between)
+        return not growing and all(
+            end.bare and end.conditions.first is None and end.support.twist == 0.0 for end in self.ends
+        )
+
     def posed(self, shape: Shape, load_factor: float) -> Shape:
         """Put what the supports hold where it belongs at a load factor."""
         self.at(load_factor)
+        if self.still:
+            return shape
         x = shape.state.x.reshape(-1, 3)
         new, held = x.copy(), []
         for end, k, place, R in self._ends(shape.state):
