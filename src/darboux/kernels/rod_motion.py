@@ -117,7 +117,7 @@ NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, FACTORS = 33, 39, 45, 51
 
 DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
 
-MOST_ITERATIONS = 50
+MOST_ITERATIONS = 25
 PATIENCE = 4  # iterations after which changes must shrink
 FLOOR = 1e-6  # a change below this that no longer shrinks is rounding
 SLOWEST = 0.9  # of the change before: with a tangent that leaves parts out, changes may shrink as slowly
