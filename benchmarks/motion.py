@@ -31,7 +31,7 @@ from darboux.paper.cases import figure5
 Array = NDArray[np.float64]
 
 SEGMENTS = 50
-RELEASED_STEPS, RELEASED_DT = (1e-2, 5e-3, 2.5e-3, 1.25e-3, 1e-3, 5e-4), 5e-5  # s
+RELEASED_STEPS, RELEASED_DT = (5e-3, 2.5e-3, 1.25e-3, 1e-3, 5e-4), 5e-5  # s
 STRUCK_STEP, STRUCK_DT = 1e-3, 1.4e-6  # s
 COMPARED = 0.75  # s
 BETA = 1.8751040687119611  # cos b cosh b = -1
