@@ -100,6 +100,14 @@ def rotation(phi: Array) -> Array:
     )
 
 
+def rotation_vector(R: Array) -> Array:
+    """Return the rotation vector (3,) in rad of a matrix (3, 3), of an angle up to pi."""
+    q = quaternion_of_matrix(R)
+    q = q if q[0] >= 0.0 else -q
+    sine = float(np.linalg.norm(q[1:]))
+    return np.asarray(q[1:] * (2.0 * np.arctan2(sine, q[0]) / sine if sine > 1e-9 else 2.0))
+
+
 def accumulated(turns: Array) -> Array:
     """Return 1, q_1, q_1 q_2, ... for the turns q (n, 4): (n + 1, 4), by doubling."""
     q = np.concatenate([[[1.0, 0.0, 0.0, 0.0]], turns])

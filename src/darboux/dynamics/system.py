@@ -425,7 +425,9 @@ class System:
                 moving = getattr(motion, at)
                 if moving is not None and moving.frame is not None and h > 0.0:
                     before, after = max(t - 0.01 * h, 0.0), min(t + 0.01 * h, motion.duration)
-                    turn = rotation_vector(motion.frame(at, after) @ motion.frame(at, before).T) / (after - before)
+                    turn = frames.rotation_vector(motion.frame(at, after) @ motion.frame(at, before).T) / (
+                        after - before
+                    )
                     row[rod_motion.SPIN + o :][:3] = turn * units.time
         return rows
 
@@ -566,11 +568,3 @@ def frames_along(t: Array) -> Array:
     d1 = axis - (axis @ t) * t
     d1 /= np.linalg.norm(d1)
     return frames.frame_of(t, d1)
-
-
-def rotation_vector(R: Array) -> Array:
-    """Return the rotation vector (3,) in rad of a rotation (3, 3)."""
-    q = frames.quaternion_of_matrix(R)
-    q = q * np.sign(q[0]) if q[0] != 0.0 else q
-    sine = float(np.linalg.norm(q[1:]))
-    return np.asarray(2.0 * q[1:] if sine < 1e-8 else 2.0 * np.arctan2(sine, q[0]) / sine * q[1:])

@@ -33,7 +33,7 @@ from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium, Ring
 from darboux.statics import coefficients, hanging_chain, stability
 from darboux.statics.coefficients import Scale
-from darboux.statics.discrete_ends import Block, End, rotation_vector
+from darboux.statics.discrete_ends import Block, End
 from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, circle
 from darboux.statics.laying import laid
@@ -416,7 +416,7 @@ class Chain:
         moves[:, :3] = (there.state.x - shape.state.x).reshape(-1, 3) / step
         result = moves.ravel()[:-1]
         for (end, _, x, R), (_, _, new_x, new_R) in zip(self._ends(shape.state), self._ends(there.state), strict=True):
-            result[end.block.part] = end.packed_pose((new_x - x) / step, rotation_vector(new_R @ R.T) / step, R)
+            result[end.block.part] = end.packed_pose((new_x - x) / step, frames.rotation_vector(new_R @ R.T) / step, R)
         for _, conditions, block in self.between:
             result[block.part] = conditions.support.displacement_axes.T @ result[block.part]
         return result

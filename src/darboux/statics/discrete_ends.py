@@ -177,7 +177,7 @@ class End:
         if self.support.linear is not None:
             energy += 0.5 * float(u @ self.conditions.stiffness[:3, :3] @ u)
         if self.support.rotational is not None:
-            theta = rotation_vector(R @ self.R.T)
+            theta = frames.rotation_vector(R @ self.R.T)
             energy += 0.5 * float(theta @ self.conditions.stiffness[3:, 3:] @ theta)
         if self.groove:
             c = self.out_of_groove(x, R)[0]
@@ -248,20 +248,12 @@ def turned_twice(F: Array, t: Array) -> Array:
     return np.asarray(0.5 * (outer + outer.T) - np.trace(outer) * np.eye(3))
 
 
-def rotation_vector(R: Array) -> Array:
-    """Return the rotation vector (3,) of a matrix (3, 3), of an angle up to pi."""
-    q = frames.quaternion_of_matrix(R)
-    q = q if q[0] >= 0.0 else -q
-    sine = float(np.linalg.norm(q[1:]))
-    return np.asarray(q[1:] * (2.0 * np.arctan2(sine, q[0]) / sine if sine > 1e-9 else 2.0))
-
-
 def _spring_moment(K: Array, R: Array) -> Array:
     """Return the gradient of 1/2 theta . K theta by a small rotation, theta the rotation vector of R.
 
     J^-T K theta,   J^-1 = 1 - 1/2 [theta]_x + (1 - t / 2 cot(t / 2)) / t^2 [theta]_x^2,   t = |theta|
     """
-    theta = rotation_vector(R)
+    theta = frames.rotation_vector(R)
     t, m = float(np.linalg.norm(theta)), K @ theta
     factor = 1.0 / 12.0 if t < 1e-3 else (1.0 - 0.5 * t / np.tan(0.5 * t)) / t**2
     first = frames.cross(theta, m)

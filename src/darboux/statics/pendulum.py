@@ -36,6 +36,7 @@ def at_rest(problem: Equilibrium) -> tuple[Support, float, Array]:
 
 
 def _hung(problem: Equilibrium) -> Array | None:
+    """Return what `hanging` does under the rod's own loads, which are summed only where it can turn."""
     return None if _free_axes(problem) is None else hanging(problem, *_weights(problem))
 
 

@@ -144,7 +144,7 @@ def _movable(problem: Equilibrium) -> Equilibrium:
     for at in ("start", "end"):
         support = getattr(problem, at)
         if support.clamps and support.twist != 0.0:
-            turn = frames.matrix_of_quaternion(frames.quaternion_of_turn(np.array([[0.0, 0.0, support.twist]])))[0]
+            turn = frames.rotation(np.array([0.0, 0.0, support.twist]))
             changes[at] = type(support)(support.position, frame=support.R @ turn)
     return Equilibrium(**{name: getattr(problem, name) for name in ("start", "end", "loads", "between")} | changes)
 
