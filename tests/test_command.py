@@ -373,7 +373,10 @@ def process(*words: str, cwd: Path, **environment: str) -> subprocess.CompletedP
 
 
 def test_a_newcomer_s_first_minute(tmp_path: Path) -> None:
-    text = " ".join(process("--help", cwd=tmp_path).stdout.split())
+    bare = process(cwd=tmp_path)
+    assert bare.returncode == 0
+    assert bare.stdout == process("--help", cwd=tmp_path).stdout
+    text = " ".join(bare.stdout.split())
     example = re.search(r"Example: (.*)", text)
     assert example
     for words in example[1].split("&&"):

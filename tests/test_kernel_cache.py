@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -52,3 +53,48 @@ def test_no_writable_folder_is_no_failure(tmp_path: Path) -> None:
     blocked = str(tmp_path / "file" / "inside")
     environment = {"XDG_CACHE_HOME": blocked, "HOME": blocked, "LOCALAPPDATA": blocked, "PYTHONDONTWRITEBYTECODE": "1"}
     assert run(environment, tmp_path / "src") == ["None", "0", "0"]
+
+
+COMPILES = """
+import sys
+import numpy as np
+from darboux.kernels import band, jit
+
+def compiles():
+    lower = np.zeros(band.LOWER); lower[0] = 2.0
+    band.factor(lower, 1)
+
+outer = jit.announced(lambda: jit.announced(compiles)())
+outer() if "public" in sys.argv else compiles()
+"""
+
+
+def said(environment: dict[str, str], *words: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILES, *words],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | environment,
+    )
+    assert done.stdout == ""
+    return done.stderr
+
+
+def test_a_public_call_says_once_that_it_compiles_and_for_how_long(tmp_path: Path) -> None:
+    first = said({"DARBOUX_CACHE": str(tmp_path)}, "public")
+    assert re.fullmatch(r"darboux: compiling .*, once for this installation; .* \.\.\. \d+ s\.\n", first)
+    assert said({"DARBOUX_CACHE": str(tmp_path)}, "public") == ""
+
+
+def test_all_that_is_public_and_compiles_says_so() -> None:
+    """Their wrapper is the one that counts calls."""
+    for call in (
+        darboux.solve,
+        darboux.solve_all,
+        darboux.simulate,
+        darboux.natural_modes,
+        darboux.integrate,
+        darboux.compare,
+    ):
+        assert call.__wrapped__.__code__.co_filename.endswith("jit.py"), call

@@ -13,6 +13,7 @@ import numpy as np
 from darboux import checks
 from darboux.checks import checked_call
 from darboux.errors import InvalidInput
+from darboux.kernels.jit import announced
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.statics.solve import Method, checked_method
@@ -141,6 +142,7 @@ class Comparison:
 
 
 @checked_call
+@announced
 def compare(
     problem: Equilibrium, methods: Sequence[Any], *, unlike_models: str = "refuse", order: bool = True
 ) -> Comparison:

@@ -24,7 +24,6 @@ from darboux.cli.view import view
 app = typer.Typer(
     cls=Command,
     help="Elastic filaments: shapes, forces and stability of thin rods by Kirchhoff's theory.",
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # plain: for colours Typer loads a reader of Markdown, which takes half the time of --help
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import typer
@@ -42,20 +42,12 @@ def doctor(json: Json = False) -> None:
 
 
 def warmup(quiet: Quiet = False) -> None:
-    """Compile every kernel once, so that the next solve is quick; a minute or so, and nothing where it is done."""
-    import time
+    """Compile every kernel once, so that the next solve is quick: some minutes, and nothing where it is done."""
+    from darboux.kernels import jit
 
-    from rich.progress import track
-
-    began = time.perf_counter()
-    for _ in track(
-        _solves(), "compiling", total=len(_methods()) + 3, console=console(err=True), disable=quiet, transient=True
-    ):
-        pass
+    jit.announced(_solve_by_all)()
     if not quiet:
-        from darboux.kernels import jit
-
-        typer.echo(f"Compiled in {time.perf_counter() - began:.1f} s; kept in {jit.CACHE or 'memory only'}.")
+        typer.echo(f"All kernels are compiled; kept in {jit.CACHE or 'memory only'}.")
 
 
 class _Ill(Exception):  # noqa: N818  # a finding, not an error
@@ -132,13 +124,11 @@ def _methods() -> tuple[Any, ...]:
     return dx.Collocation(), dx.Shooting(), dx.DiscreteRod(30)
 
 
-def _solves() -> Iterator[None]:
+def _solve_by_all() -> None:
     import darboux as dx
 
     for method in _methods():
-        yield None
         dx.solve(_problem(), method, throw=False)
     problem = dataclasses.replace(_problem(), rod=dataclasses.replace(_problem().rod, stretch=True))
     for method in (dx.ImplicitMidpoint(4), dx.TRBDF2(4), dx.StormerVerlet(4)):
-        yield None
         dx.simulate(dx.Motion(problem, 1e-3), method, records=1, throw=False)

@@ -43,7 +43,7 @@ class Command(TyperGroup):
         """Run, and exit with 0, 1 (not converged), 2 (bad input), 70 (a fault of darboux) or 130 (interrupted)."""
         words = list(sys.argv[1:] if args is None else args)
         debug, as_json = "--debug" in words, "--json" in words
-        words = [word for word in words if word != "--debug"]
+        words = [word for word in words if word != "--debug"] or ["--help"]
         try:
             status = super().main(words, *rest, **options | {"standalone_mode": False}) or 0
         except Exception as error:

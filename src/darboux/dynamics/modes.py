@@ -18,6 +18,7 @@ from darboux.errors import InvalidInput
 from darboux.kernels import band, rod_motion
 from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import State
+from darboux.kernels.jit import announced
 from darboux.kernels.ring import SHARED
 from darboux.motion import Motion
 from darboux.problem import Equilibrium, Ring
@@ -48,6 +49,7 @@ class Modes:
 
 
 @checked_call
+@announced
 def natural_modes(
     problem: Equilibrium, count: int = 6, *, segments: int = 200, about: Any = None, **motion: Any
 ) -> Modes:

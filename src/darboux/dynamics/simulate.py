@@ -17,6 +17,7 @@ from darboux.dynamics.implicit_midpoint import ImplicitMidpoint
 from darboux.dynamics.run import Run
 from darboux.dynamics.system import System, refuses
 from darboux.errors import InvalidInput
+from darboux.kernels.jit import announced
 from darboux.motion import Motion
 from darboux.solution import Status
 from darboux.trajectory import MotionEnergy, Trajectory
@@ -42,6 +43,7 @@ class Method(Protocol):
 
 
 @checked_call
+@announced
 def simulate(
     motion: Motion,
     method: Any = None,

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from darboux import checks
 from darboux.checks import checked_call
+from darboux.kernels.jit import announced
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, Status
 from darboux.statics import first_shape
@@ -46,6 +47,7 @@ WAVES = (0, 1, 2)  # half waves of that bend: an arc, an S, ...
 
 
 @checked_call
+@announced
 def solve_all(problem: Equilibrium, *, rtol: float = 1e-9, most: int = 20) -> tuple[EquilibriumSolution, ...]:
     """Find distinct equilibria at full load by a bounded search, those of lowest energy first.
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from darboux import checks, frames
 from darboux.checks import checked_call
 from darboux.errors import InvalidInput
+from darboux.kernels.jit import announced
 from darboux.kernels.rod_equations import FORCE, MOMENT
 from darboux.loads import EndForce, EndMoment
 from darboux.problem import Equilibrium
@@ -31,6 +32,7 @@ FAILED = {1: "it took too many steps", 2: "its step became too small", 3: "its n
 
 
 @checked_call
+@announced
 def integrate(
     rod: Rod,
     k: Any,

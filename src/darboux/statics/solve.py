@@ -7,6 +7,7 @@ from typing import Any, Protocol
 from darboux import checks
 from darboux.checks import checked_call
 from darboux.errors import InvalidInput
+from darboux.kernels.jit import announced
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.statics import limits
@@ -24,6 +25,7 @@ class Method(Protocol):
 
 
 @checked_call
+@announced
 def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw: bool = True) -> EquilibriumSolution:
     """Find the equilibrium that follows from the unloaded rod as all loads grow together, or the one next to a start.
 
