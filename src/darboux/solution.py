@@ -96,6 +96,12 @@ class Energy:
         """Elastic energy, that of the supports' springs, and the potential of the loads."""
         return self.elastic + self.supports + self.load
 
+    @property
+    def parts(self) -> str:
+        """The kinds of energy in words; supports where springs are strained."""
+        springs = f"supports {self.supports:.6g}, " if self.supports else ""
+        return f"elastic {self.elastic:.6g}, {springs}loads {self.load:.6g}"
+
 
 @dataclass(frozen=True)
 class ErrorEstimate:
