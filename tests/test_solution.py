@@ -89,11 +89,11 @@ def test_energy_of_a_rod_that_is_pulled_and_twisted(method, at) -> None:
 
 
 def test_energy_of_a_rotating_rod() -> None:
-    """A straight rod across the axis: -1/2 rho A omega^2 int (r^2 - 2 r p) ds = -1/2 * 2 * 9 * (1/3 - p)."""
+    """A straight rod across the axis: -1/2 rho A omega^2 int (r - p)^2 ds = -1/2 * 2 * 9 * (1/3 - p + p^2)."""
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, mass=2.0))
     for p in (0.0, 0.25):
         problem = dx.Equilibrium(rod, start=dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Rotation((0, 0, 3.0), (p, 0, 0))])
-        assert dx.solve(problem).energy.load == pytest.approx(-9.0 * (1.0 / 3.0 - p), rel=1e-10)
+        assert dx.solve(problem).energy.load == pytest.approx(-9.0 * (1.0 / 3.0 - p + p**2), rel=1e-10)
 
 
 def test_energies_by_kind_of_the_discrete_rod() -> None:

@@ -20,7 +20,7 @@ VARIABLES = (
     ("n", ("s", "component"), "N", "inner force, fixed frame"),
     ("m", ("s", "component"), "N m", "inner moment, fixed frame"),
 )
-ENERGIES = ("bending", "twist", "stretch", "load")
+ENERGIES = ("bending", "twist", "stretch", "supports", "load")
 
 
 def dataset(solution: EquilibriumSolution, s: Any) -> xarray.Dataset:

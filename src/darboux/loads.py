@@ -51,6 +51,12 @@ class Distributed:
         turned: Array = np.einsum("nij,nj->ni", R, self.lb)
         return self.la + turned
 
+    def potential(self, r: Array, datum: Array) -> Array:
+        """-(a + C r0).(r - r0) - 1/2 (r - r0).C (r - r0), zero at r0 = ``datum`` (n, 3): (n,) in J/m, without b, la and lb."""
+        u = r - datum
+        force = self.a + np.einsum("nij,nj->ni", self.C, datum + 0.5 * u)
+        return -np.asarray(np.einsum("ni,ni->n", force, u))
+
 
 @dataclass
 class EndLoad:
@@ -64,6 +70,10 @@ class EndLoad:
     section_force: Array = field(default_factory=lambda: np.zeros(3))
     section_moment: Array = field(default_factory=lambda: np.zeros(3))
 
+    def potential(self, r: Array, R: Array) -> float:
+        """Return -F.r in J at r (3,) and the frame R (3, 3), without moments and followers."""
+        return -float(self.force @ r)
+
 
 class Load:
     """What every load offers; most add to one of the three."""
@@ -73,6 +83,16 @@ class Load:
 
     def add_end(self, at: str, total: EndLoad) -> None:
         """Add this load's part at the end ``at``, "start" or "end"."""
+
+    def datum(self, s: Array) -> Array:
+        """Return where the potential per length is zero, the fixed frame's origin unless the load has a rest: (n, 3) in m."""
+        return np.zeros((len(s), 3))
+
+    def potential(self, s: Array, r: Array, rod: Rod) -> Array:
+        """Return the potential (n,) in J/m of the load per length at s (n,) and r (n, 3)."""
+        own = Distributed.zero(len(s))
+        self.add_distributed(own, s, rod)
+        return own.potential(r, self.datum(s))
 
     @property
     def varying(self) -> tuple[Varying, ...]:
@@ -264,6 +284,9 @@ class Rotation(Load):
         total.C += C
         total.a -= C @ np.array(self.point)
 
+    def datum(self, s: Array) -> Array:
+        return np.tile(self.point, (len(s), 1))
+
 
 @description
 class ElectricField(Load):
@@ -321,9 +344,11 @@ class Foundation(Load):
 
     def add_distributed(self, total: Distributed, s: Array, rod: Rod) -> None:
         K = np.array(self.stiffness)
-        rest = np.array(self.point) + s[:, None] * np.array(self.direction)
         total.C -= K
-        total.a += rest @ K
+        total.a += self.datum(s) @ K
+
+    def datum(self, s: Array) -> Array:
+        return np.asarray(np.array(self.point) + s[:, None] * np.array(self.direction))
 
     @property
     def varies(self) -> bool:

@@ -186,6 +186,10 @@ class Equilibrium:
         places = sorted({*between, *self.points})
         return {s: (between.get(s, Free()), self.points.get(s, EndLoad())) for s in places}
 
+    def potential(self, s: Array, r: Array) -> Array:
+        """Return the potential of the loads per length (n,) in J/m at s (n,) and r (n, 3)."""
+        return sum((load.potential(s, r, self.rod) for load in self.loads), np.zeros(len(s)))
+
     @property
     def of_shape(self) -> tuple[LineForce | LineCouple, ...]:
         """The loads that are functions of the shape."""

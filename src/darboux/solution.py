@@ -65,19 +65,25 @@ class Reactions:
 
 @dataclass(frozen=True)
 class Energy:
-    """Elastic energy by kind and the potential of the conservative dead loads, in J.
+    """Elastic energy by kind, the energy of springs, and the potential of the conservative loads, in J.
 
         bending = 1/2 int M1 (k1 - k01) + M2 (k2 - k02) ds,    twist = 1/2 int M3 (k3 - k03) ds,     M = R^T m,
         stretch (with shear) = 1/2 int R^T n . (v - v0) ds,
-        load = -int (a . r + 1/2 r . C r) ds - sum F . r(end)
+        supports = sum (1/2 u . linear u + 1/2 theta . rotational theta)   over every ``Spring``,
+        load = load_factor (-int f . r ds - sum F . r   over dead forces, at ends and points too,
+                            + 1/2 int (r - rest) . K (r - rest) ds   of a ``Foundation``,
+                            - 1/2 int rho A |omega x (r - point)|^2 ds   of a ``Rotation``)
 
+    The origin is declared: the potential of weight and dead forces is zero at the origin of the fixed frame, springs and a
+    foundation have no energy where they are at rest, a rotation none on its axis. A ``MotionEnergy`` counts from the same.
     In a coupled section a mixed term counts half and half for the two kinds that it couples.
-    Follower loads, couples and end moments have no potential and are not in it.
+    Moments, couples, followers and functions of the shape are not in it: in space they have no potential, or none that is known.
     """
 
     bending: float
     twist: float
     stretch: float
+    supports: float
     load: float
 
     @property
@@ -87,8 +93,14 @@ class Energy:
 
     @property
     def total(self) -> float:
-        """Elastic energy and potential of the loads."""
-        return self.elastic + self.load
+        """Elastic energy, that of the supports' springs, and the potential of the loads."""
+        return self.elastic + self.supports + self.load
+
+    @property
+    def parts(self) -> str:
+        """The kinds of energy in words; supports where springs are strained."""
+        springs = f"supports {self.supports:.6g}, " if self.supports else ""
+        return f"elastic {self.elastic:.6g}, {springs}loads {self.load:.6g}"
 
 
 @dataclass(frozen=True)
@@ -289,17 +301,16 @@ class EquilibriumSolution:
         """The energies, integrated by Gauss' rule of five points between nodes; elastic ones the method's own if it has."""
         points, weights = gauss_points(self._nodes)
         y = self.curve(points)
-        r, works = y[:, 0:3], np.prod(self._section(points, y), axis=0)
+        works = np.prod(self._section(points, y), axis=0)
         stretched, bent, twisted = (np.sum(works[:, part], axis=1) for part in np.split(np.arange(6), [3, 5]))
-        loads = self.problem.distributed(points)
-        potential = -np.einsum("ni,ni->n", loads.a, r) - 0.5 * np.einsum("ni,nij,nj->n", r, loads.C, r)
         integrals = tuple(float(weights @ f) / 2.0 for f in (bent, twisted, stretched))
         bending, twist, stretch = integrals if self.elastic_parts is None else self.elastic_parts
-        load = float(weights @ potential)
-        ends = sum(
-            float(self.problem.end_load(at).force @ self.curve.y[i, 0:3]) for at, i in (("start", 0), ("end", -1))
-        )
-        return Energy(bending, twist, stretch, self.load_factor * (load - ends))
+        problem = self.problem
+        ends = ((0.0, problem.end_load("start")), (problem.rod.length, problem.end_load("end")))
+        load = float(weights @ problem.potential(points, y[:, 0:3]))
+        load += sum(at.potential(self.r(s), self.R(s)) for s, at in (*ends, *problem.points.items()))
+        supports = sum(support.energy(self.r(s), self.R(s)) for s, support in problem.supports)
+        return Energy(bending, twist, stretch, supports, self.load_factor * load)
 
     # -- stress and strain ---------------------------------------------------------------------------------------
 

@@ -79,8 +79,7 @@ def _shown(value: float, largest: float) -> str:
 
 
 def _energy(solution: EquilibriumSolution) -> str:
-    energy = solution.energy
-    return f"{energy.total:.6g} J (elastic {energy.elastic:.6g}, loads {energy.load:.6g})"
+    return f"{solution.energy.total:.6g} J ({solution.energy.parts})"
 
 
 def _error(solution: EquilibriumSolution) -> list[tuple[str, str]]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks
+from darboux import checks, frames
 from darboux.checks import Vector, assign, description
 from darboux.errors import InvalidInput
 from darboux.natural import smallest_rotation
@@ -66,6 +66,16 @@ class Support:
     def clamps(self) -> bool:
         """True where all six displacements and rotations are prescribed."""
         return all(self.held_displacement) and all(self.held_rotation)
+
+    def energy(self, r: Array, R: Array) -> float:
+        """Return the energy of the springs in J, 1/2 u.linear u + 1/2 theta.rotational theta, at r (3,) and the frame R (3, 3)."""
+        energy, u = 0.0, r - np.array(self.position)
+        if self.linear is not None:
+            energy += 0.5 * float(u @ np.array(self.linear) @ u)
+        if self.rotational is not None:
+            theta = frames.rotation_vector(R @ self.R.T)
+            energy += 0.5 * float(theta @ np.array(self.rotational) @ theta)
+        return energy
 
     @property
     def plain(self) -> bool:

@@ -30,8 +30,9 @@ class MotionEnergy:
     """Energies in J at the recorded times, each (n,).
 
     ``kinetic``, with the spin's; elastic ``bending``, ``twist``, ``stretch``; ``supports`` of those that are springs; ``load`` the
-    potential of the loads as they are at that time; ``dissipated`` by damping since the start; ``work`` since the start of
-    moving supports and of those that let go, of loads that change in time, of couples, of followers and of the fluid.
+    potential of the loads as they are at that time, from the origin that ``Energy`` declares; ``dissipated`` by damping since the
+    start; ``work`` since the start of moving supports and of those that let go, of loads that change in time, of couples, of
+    followers and of the fluid.
     """
 
     kinetic: Array
@@ -52,6 +53,12 @@ class MotionEnergy:
     def total(self) -> Array:
         """Kinetic, elastic and potential energy, with that of the supports."""
         return self.kinetic + self.elastic + self.supports + self.load
+
+    @property
+    def parts(self) -> str:
+        """The kinds of energy at the end in words; supports where springs are strained."""
+        springs = f"supports {self.supports[-1]:.6g}, " if np.any(self.supports) else ""
+        return f"kinetic {self.kinetic[-1]:.6g}, elastic {self.elastic[-1]:.6g}, {springs}loads {self.load[-1]:.6g}"
 
     @property
     def balance(self) -> Array:
@@ -252,8 +259,7 @@ class Trajectory:
                 f"status        {self.status.message}",
                 f"method        {self.method}, {steps} steps",
                 f"tip           ({', '.join(f'{x + 0.0:.6g}' for x in tip)}) m at t = {self.times[-1]:.6g} s",
-                f"energy        {energy.total[-1]:.6g} J (kinetic {energy.kinetic[-1]:.6g}, elastic {energy.elastic[-1]:.6g}, "
-                f"loads {energy.load[-1]:.6g})",
+                f"energy        {energy.total[-1]:.6g} J ({energy.parts})",
                 f"balance       kept to {energy.drift:.1e}",
             ]
         )

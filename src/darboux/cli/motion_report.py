@@ -51,13 +51,12 @@ def content(trajectory: Trajectory, seconds: float) -> dict[str, Any]:
 def table(trajectory: Trajectory, title: str, seconds: float) -> Table:
     """Return the table that an engineer wants; it fits a screen of 80 columns."""
     energy, counts = trajectory.energy, trajectory.statistics
-    parts = f"kinetic {energy.kinetic[-1]:.6g}, elastic {energy.elastic[-1]:.6g}, loads {energy.load[-1]:.6g}"
     rows = [
         ("status", trajectory.status.message),
         ("method", f"{trajectory.method}, {trajectory.motion.problem.rod.model}"),
         ("reached", f"t = {trajectory.times[-1]:.6g} s of {trajectory.motion.duration:.6g} s"),
         ("tip at the end", f"{vector_text(trajectory.tip[-1], trajectory.motion.problem.rod.length)} m"),
-        ("energy at the end", f"{energy.total[-1]:.6g} J ({parts})"),
+        ("energy at the end", f"{energy.total[-1]:.6g} J ({energy.parts})"),
         ("dissipated, work", f"{energy.dissipated[-1]:.6g} J by damping, {energy.work[-1]:.6g} J done on the rod"),
         ("balance", f"energy kept to {energy.drift:.1e} of its largest change"),
         (

@@ -43,6 +43,7 @@ def content(solution: EquilibriumSolution, seconds: float) -> dict[str, Any]:
             "bending": energy.bending,
             "twist": energy.twist,
             "stretch": energy.stretch,
+            "supports": energy.supports,
             "load": energy.load,
         },
         "error": vars(solution.error),
@@ -87,7 +88,7 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
     if stress := _largest_stress(solution):
         rows += [("largest stress", f"{stress['value'] / 1e6:.4g} MPa (von Mises) at s = {stress['s']:.4g} m")]
     rows += [
-        ("energy", f"{energy.total:.6g} J (elastic {energy.elastic:.6g}, loads {energy.load:.6g})"),
+        ("energy", f"{energy.total:.6g} J ({energy.parts})"),
         ("stability", stable[solution.stable]),
         ("time", f"{seconds:.2g} s"),
     ]

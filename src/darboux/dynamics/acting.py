@@ -119,6 +119,34 @@ def acting(
 PARTS = ("force", "couple", "dead")
 
 
+def datum(problem: Equilibrium, groups: Sequence[Sequence[Load]], nodes: Array, scale: Scale) -> Array:
+    """Return the potential (G) of a chain that lies in ``scale.origin``, where the kernels' is zero, at the factor 1.
+
+    -(f.x0 + x0.C x0 / 2) summed over the vertices is zero here at each load's own datum x0.
+    """
+    L, result = scale.length, np.zeros(len(groups))
+    cells = np.concatenate([[0.0], 0.5 * (nodes[:-1] + nodes[1:]), [1.0]])
+    for g, loads in enumerate(groups):
+        for load in loads:
+
+            def per_length(s: Array, load: Load = load) -> Array:
+                own = Distributed.zero(len(s))
+                load.add_distributed(own, s * L, problem.rod)
+                return np.concatenate([own.a + own.C @ scale.origin, own.C.reshape(-1, 9) * L], axis=1)
+
+            x = (load.datum(nodes * L) - scale.origin) / L
+            means_on_cells = means(per_length, cells) * (np.diff(cells)[:, None] * L / scale.force)
+            f, C = means_on_cells[:, :3], means_on_cells[:, 3:].reshape(-1, 3, 3)
+            result[g] += np.sum(x * (f + 0.5 * np.einsum("nij,nj->ni", C, x)))
+            point = EndLoad()
+            for at in ("start", "end"):
+                load.add_end(at, point)
+            if load.station is not None:
+                load.add_point(point)
+            result[g] -= point.force @ scale.origin / scale.moment
+    return result
+
+
 def _take(carrier: _Carrier, g: int, total: EndLoad, scale: Scale) -> None:
     carrier.force[g] = total.section_force / scale.force
     carrier.couple[g] = total.section_moment / scale.moment

@@ -58,8 +58,9 @@ class Run:
 
     def measures(self) -> Array:
         """Return energies, momenta, the supports' energy and the tally: (15,), dimensionless."""
-        result = np.empty(12)
-        rod_motion.measures(self.state, self.V, self.body, self.system.factors_at(self.t), result)
+        result, factors = np.empty(12), self.system.factors_at(self.t)
+        rod_motion.measures(self.state, self.V, self.body, factors, result)
+        result[4] += factors[rod_motion.FACTORS :] @ self.system.datum
         return np.concatenate([result, self.tally])
 
     def parts(self) -> tuple[Array, ...]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux import frames, profile
 from darboux.dynamics import closing, holding
-from darboux.dynamics.acting import FREE, HELD, TURNING, acting, means, six, symmetric
+from darboux.dynamics.acting import FREE, HELD, TURNING, acting, datum, means, six, symmetric
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
 from darboux.kernels.band import LOWER
@@ -77,6 +77,7 @@ class System:
         self.inextensible = not problem.rod.stretch
         self.groups = _groups(motion)
         self._discretise(problem)
+        self.datum = datum(problem, [loads for _, _, loads in self.groups], self.nodes, self.scale)
         self.body = self.body_at(0.0)
         self.space = new_space(self.edges, self.ring is not None)
         self._steady: Array | None = None

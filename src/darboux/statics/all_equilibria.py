@@ -49,7 +49,7 @@ WAVES = (0, 1, 2)  # half waves of that bend: an arc, an S, ...
 @checked_call
 @announced
 def solve_all(problem: Equilibrium, *, rtol: float = 1e-9, most: int = 20) -> tuple[EquilibriumSolution, ...]:
-    """Find distinct equilibria at full load by a bounded search, those of lowest energy first.
+    """Find distinct equilibria at full load by a bounded search, those of lowest energy (``energy.total``) first.
 
     The first is that of ``solve``. The others are found by Newton's method with deflation (1), (2), from shapes bent in many
     ways and from those already known. No search can promise that it found all of them. Where equilibria form a family,

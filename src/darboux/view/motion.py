@@ -124,6 +124,7 @@ def _energy(ax: Axes, trajectory: Trajectory) -> None:
     lines = {
         "kinetic": energy.kinetic,
         "elastic": energy.elastic,
+        "supports": energy.supports,
         "loads": energy.load - energy.load[0],
         "dissipated": energy.dissipated,
         "work": -energy.work,
@@ -132,6 +133,7 @@ def _energy(ax: Axes, trajectory: Trajectory) -> None:
     looks: Any = {
         "kinetic": (palette.VERMILION, "--"),
         "elastic": (palette.BLUE, "-"),
+        "supports": (palette.GREY, (0, (3.0, 1.0))),
         "loads": (palette.GREEN, "-."),
         "dissipated": (palette.ORANGE, (0, (5.0, 1.5, 1.0, 1.5, 1.0, 1.5))),
         "work": (palette.SKY, (0, (1.0, 1.0))),
