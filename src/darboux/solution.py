@@ -288,7 +288,7 @@ class EquilibriumSolution:
     def _reaction(self, carried: Array, y: Array, load: EndLoad) -> Reaction:
         """What a support does where the inner force and moment ``carried`` (6,) act on a node in the state y (13,)."""
         R = frames.matrix_of_quaternion(y[3:7])
-        force, moment = load.force + R @ load.section_force, load.moment + R @ load.section_moment
+        force, moment = load.force_at(R), load.moment_at(R)
         return Reaction(carried[:3] - self.load_factor * force, carried[3:] - self.load_factor * moment)
 
     @cached_property
