@@ -408,6 +408,7 @@ class _Concentrated(Load):
 
     at: Any
     follower: bool
+    offset: Any = (0.0, 0.0, 0.0)
 
     def _add(self, total: EndLoad) -> None:
         raise NotImplementedError
