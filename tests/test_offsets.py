@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 import darboux as dx
 from darboux.frames import rotation
 from darboux.kernels import band
-from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.coefficients import Scale
+from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, _advanced, nodes_along
 from darboux.statics.end_conditions import EndConditions, moved
 
@@ -89,7 +89,9 @@ RODS = {
 def test_it_is_the_force_with_its_moment_iterated_by_hand(rod: str) -> None:
     """At both kinds of place, in space; the end stands on a groove that turns, and its reaction takes the moment too."""
     F, G, e = np.array([0.7, 0.4, -0.5]), np.array([-0.3, 0.8, 0.4]), np.array([0.2, -0.15, 0.1])
-    problem = dx.Equilibrium(RODS[rod], end=dx.Spring(linear=2.0, position=(0, 0, 1)), loads=[dx.LineForce((0, 0.5, 0))])
+    problem = dx.Equilibrium(
+        RODS[rod], end=dx.Spring(linear=2.0, position=(0, 0, 1)), loads=[dx.LineForce((0, 0.5, 0))]
+    )
     off = dx.solve(
         problem.with_load(dx.EndForce(F, offset=e)).with_load(dx.PointForce(G, 0.4, offset=e)), dx.Collocation(1e-11)
     )
@@ -197,7 +199,9 @@ def test_vibrations_of_a_column_whose_load_acts_on_a_rigid_link(share: float) ->
 
     grid = np.linspace(0.3, 30.0, 300)
     signs = [determinant(x) for x in grid]
-    wanted = [brentq(determinant, a, b) for (a, p), (b, q) in itertools.pairwise(zip(grid, signs, strict=True)) if p * q < 0]
+    wanted = [
+        brentq(determinant, a, b) for (a, p), (b, q) in itertools.pairwise(zip(grid, signs, strict=True)) if p * q < 0
+    ]
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1e4, GJ=1e4, EA=1e7, mass=1.0))
     problem = dx.Equilibrium(rod, loads=[dx.EndForce((0, 0, -P), offset=(0, 0, c))])
     found = dx.natural_modes(problem, 2, segments=60, about=dx.solve(problem), rotary_inertia=1e-4).frequencies
@@ -211,7 +215,10 @@ def test_vibrations_of_a_column_whose_load_acts_on_a_rigid_link(share: float) ->
 
 def test_the_derivatives_of_the_end_conditions() -> None:
     """A Taylor test by the twelve unknowns of an end, under what is free, held and hinged."""
-    loads = [dx.EndForce((1, 2, -3), offset=(0.3, -0.2, 0.5)), dx.EndForce((2, 0, 1), offset=(0, 0.7, 0.1), follower=True)]
+    loads = [
+        dx.EndForce((1, 2, -3), offset=(0.3, -0.2, 0.5)),
+        dx.EndForce((2, 0, 1), offset=(0, 0.7, 0.1), follower=True),
+    ]
     rng = np.random.default_rng(2)
     for support in (dx.Free(), dx.Hinge((1, 0, 0)), dx.Universal((1, 0, 0), (0, 1, 0)), dx.Slider((0, 0, 1))):
         problem = dx.Equilibrium(BENT, end=support, loads=loads)
@@ -227,7 +234,8 @@ def test_the_derivatives_of_the_end_conditions() -> None:
 def test_the_hessian_of_the_chain_is_the_derivative_of_its_gradient() -> None:
     """And the gradient that of the energy, but for the turn of the chart."""
     loads = [dx.EndForce((1, 2, -3), offset=(0.3, -0.2, 0.5)), dx.PointForce((2, -1, 1), 0.5, offset=(-0.3, 0.4, 0.2))]
-    chain = Chain(dx.Equilibrium(dataclasses.replace(BENT, stretch=True), loads=loads), nodes_along(6, 1.0, True, False, [0.5]), False)
+    problem = dx.Equilibrium(dataclasses.replace(BENT, stretch=True), loads=loads)
+    chain = Chain(problem, nodes_along(6, 1.0, True, False, [0.5]), False)
     branch, rng = ChainBranch(chain), np.random.default_rng(3)
     free = np.where(chain.fixed, 0.0, 1.0)
     shape = chain.moved(chain.unloaded(), 0.05 * rng.normal(size=chain.unknowns) * free, 1.0)
@@ -268,19 +276,6 @@ def test_a_reaction_takes_the_moment_of_an_eccentric_force(method: Any) -> None:
     moment = moment + sum(np.cross(found.r(s), reaction.force) + reaction.moment for s, reaction in held)
     np.testing.assert_allclose(force, 0.0, atol=1e-9)
     np.testing.assert_allclose(moment, 0.0, atol=1e-8 if method == dx.Collocation() else 2e-3)
-
-
-@pytest.mark.parametrize("loads", [["end"], ["point"], ["end", "point"]], ids=str)
-def test_the_energy_along_a_family_is_that_of_the_potential(loads: list[str]) -> None:
-    """dE / dt = -sum F.(r + R e) where all forces are t F, by Hellmann and Feynman; for a chain up to its order."""
-    both = {
-        "end": lambda t: dx.EndForce(t * np.array([0.8, 0.5, -1.0]), offset=(0.2, -0.1, 0.3)),
-        "point": lambda t: dx.PointForce(t * np.array([1.0, -1.5, 0.5]), 0.4, offset=(-0.1, 0.3, 0.2)),
-    }
-    for method, close in ((dx.Collocation(), 1e-8), (dx.DiscreteRod(200), 2e-4)):
-        E = {t: dx.solve(dx.Equilibrium(BENT, loads=[both[name](t) for name in loads]), method).energy for t in (0.99, 1.0, 1.01)}
-        work = (E[1.01].total - E[0.99].total) / 0.02
-        assert work == pytest.approx(E[1.0].load, abs=close + 1e-5)
 
 
 def test_a_hung_rod_begins_where_its_eccentric_loads_let_it_hang() -> None:

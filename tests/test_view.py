@@ -220,7 +220,9 @@ LOADS = {
     "follower": (dx.PointForce((0.02, 0, 0), at=0.1, follower=True), 1, ["20 mN, follower"]),
     "force off the centre": (dx.EndForce((0, 0.02, 0), offset=(0.01, 0, 0)), 2, ["20 mN"]),
     "follower off the centre": (
-        dx.PointForce((0.02, 0, 0), at=0.1, follower=True, offset=(0, 0.01, 0)), 2, ["20 mN, follower"],
+        dx.PointForce((0.02, 0, 0), at=0.1, follower=True, offset=(0, 0.01, 0)),
+        2,
+        ["20 mN, follower"],
     ),
     "moment": (dx.EndMoment((0, 1e-4, 0)), 1, ["100 µN m"]),
     "moment in a station": (dx.PointMoment((0, 0, 1e-4), at=0.1, follower=True), 1, ["100 µN m, follower"]),

@@ -87,11 +87,11 @@ class EndLoad:
         Its symmetric part, that of the eccentric forces alone, is minus the second derivative of their potential.
         """
         arms = R @ self.eccentric.T
-        return arms - np.trace(arms) * np.eye(3) - np.cross(R @ self.section_moment, np.eye(3)).T
+        return np.asarray(arms - np.trace(arms) * np.eye(3) - np.cross(R @ self.section_moment, np.eye(3)).T)
 
     def potential(self, r: Array, R: Array) -> float:
-        """Return -F.r in J at r (3,) and the frame R (3, 3), without moments and followers."""
-        return -float(self.force @ r)
+        """Return -F.r - R : A in J at r (3,) and the frame R (3, 3), without moments and followers."""
+        return -float(self.force @ r + np.sum(R * self.eccentric))
 
 
 class Load:

@@ -70,7 +70,7 @@ class Energy:
         bending = 1/2 int M1 (k1 - k01) + M2 (k2 - k02) ds,    twist = 1/2 int M3 (k3 - k03) ds,     M = R^T m,
         stretch (with shear) = 1/2 int R^T n . (v - v0) ds,
         supports = sum (1/2 u . linear u + 1/2 theta . rotational theta)   over every ``Spring``,
-        load = load_factor (-int f . r ds - sum F . r   over dead forces, at ends and points too,
+        load = load_factor (-int f . r ds - sum F . (r + R e)   over dead forces, at ends and points too, with their offsets e
                             + 1/2 int (r - rest) . K (r - rest) ds   of a ``Foundation``,
                             - 1/2 int rho A |omega x (r - point)|^2 ds   of a ``Rotation``)
 

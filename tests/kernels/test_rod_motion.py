@@ -9,7 +9,6 @@ import darboux as dx
 from darboux.dynamics.system import System, new_state
 from darboux.kernels import band, rod_motion
 
-
 OFF = [
     dx.EndForce((1.0, 2.0, -3.0), offset=(0.2, 0.1, 0.3)),
     dx.PointForce((2.0, -1.0, 1.0), 0.4, offset=(0.1, -0.3, 0.2)),

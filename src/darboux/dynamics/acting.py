@@ -110,7 +110,7 @@ def acting(
     carriers = [
         c
         for c in (*along, *(c for pair in points for c in pair), *tips)
-        if any(np.any(part) for part in (c.force, c.couple, c.eccentric))
+        if any(np.any(getattr(c, part)) for part in PARTS)
     ]
     carried = Carried(
         np.array([c.place for c in carriers], dtype=np.int64).ravel(),

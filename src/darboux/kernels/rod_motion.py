@@ -542,21 +542,29 @@ def add_carried(
 
 
 @inline
-def eccentric_energy(state: State, body: Body, row: Array) -> float:
-    """The potential of the forces that act off the centre: eq. (7), and -R : A of ends that have a ghost."""
+def add_energy_of_carried(state: State, body: Body, row: Array, result: Array) -> None:
+    """What loads that depend on the frame add to the measures: -R : A of the section's frame, and what its turn u stores.
+
+    Between the section and its edge, or both of its edges, bending and twist by u = C mu store mu.u / 2.
+    """
     carried, turning = body.carried, body.turning
-    total = 0.0
+    size, C = carried.turn.size, carried.compliance
     for k in range(carried.share.size):
-        a = frame_of(state, carried.place[2 * k])
-        G = eccentric_in_section(carried.eccentric, 9 * k, 3 * carried.turn.size, a, row)
+        a, share = frame_of(state, carried.place[2 * k]), carried.share[k]
+        G = eccentric_in_section(carried.eccentric, 9 * k, 3 * size, a, row)
         m = axial(G)
-        turn = mix(1.0, vector(carried.turn, 3 * k), 0.5, symmetric_times(carried.compliance, 6 * k, m))
-        total -= carried.share[k] * (G[0][0] + G[1][1] + G[2][2] + dot(m, turn))
+        dead = in_section(a, sum_of(carried.dead, 3 * k, size, row))
+        mu = plus(plus(sum_of(carried.couple, 3 * k, size, row), m), dead)
+        u = symmetric_times(C, 6 * k, mu)
+        bent, twisted = 0.5 * share * (mu[0] * u[0] + mu[1] * u[1]), 0.5 * share * mu[2] * u[2]
+        result[1] += bent
+        result[2] += twisted
+        result[12] += bent + twisted
+        result[4] -= share * (G[0][0] + G[1][1] + G[2][2] + dot(m, plus(vector(carried.turn, 3 * k), u)))
     for end in range(2):
         a = frame_of(state, end * (state.t.size // 3 - 1))
         G = eccentric_in_section(turning.eccentric, 9 * end, 18, a, row)
-        total -= G[0][0] + G[1][1] + G[2][2]
-    return total
+        result[4] -= G[0][0] + G[1][1] + G[2][2]
 
 
 @jit
@@ -1353,7 +1361,10 @@ def tr_bdf2_step(
 
 @jit
 def measures(state: State, V: Array, body: Body, row: Array, result: Array) -> None:
-    """Kinetic energy, bending, twist, stretching, loads' potential; momentum; angular momentum about the origin; supports: (12)."""
+    """Kinetic energy, bending, twist, stretching, loads' potential; momentum; angular momentum about the origin; supports: (12).
+
+    The last of 13 is the part of bending and twist that no spring has; the powers of the loads count it as theirs.
+    """
     x, (f, C) = state.x, body.loads
     result[:] = 0.0
     for i in range(body.rod.l.size + 1):
@@ -1369,8 +1380,8 @@ def measures(state: State, V: Array, body: Body, row: Array, result: Array) -> N
             result[0] += 0.5 * (J * spin * spin - c * dot(de, de))
             add(result, 8, scaled(-c, cross(edge(x, i), de)))
             add(result, 8, scaled(J * spin, vector(state.t, 3 * i)))
-    result[4] += eccentric_energy(state, body, row)
     parts = np.empty(4)
     energy(state, body.rod, body.loads, parts)
     result[1], result[2], result[3] = parts[0], parts[1], 0.0 if body.inextensible else parts[2]
+    add_energy_of_carried(state, body, row, result)
     result[11] = energy_of_supports(state, body)

@@ -87,10 +87,9 @@ class PointLoad(NamedTuple):
     dead: Array  # (3,) dead moment, fixed frame
     eccentric: Array  # (3, 3) A, fixed frame by columns
 
-    def turn(self, R: Array, load_factor: float) -> Array:
-        """Return u (3,) where the mean frame is R."""
-        mu = self.couple + R.T @ self.dead + _axial(R.T @ self.eccentric)
-        return np.asarray(load_factor * self.c @ mu)
+    def moment(self, R: Array, load_factor: float) -> Array:
+        """Return mu (3,) on an edge of the frame R."""
+        return np.asarray(load_factor * (self.couple + R.T @ self.dead + _axial(R.T @ self.eccentric)))
 
     def energy(self, R: Array, load_factor: float) -> float:
         """Return the potential -R : A - 1/2 m.c m of the eccentric forces on an edge of the frame R, m their moment."""
@@ -176,7 +175,9 @@ class Chain:
         self.C = _ghosted(_six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None])
         spread = self.l[:, None]
         self.couples = on_edges[:, DEAD_MOMENT : DEAD_MOMENT + 3] * spread
-        self.section_force = 0.5 * (on_edges[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread)[:, None].repeat(2, axis=1)
+        self.section_force = 0.5 * (on_edges[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread)[:, None].repeat(
+            2, axis=1
+        )
         self.section_couple = on_edges[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] * spread
         self.distributed = self.f.copy()
         for at, i in (("start", 1), ("end", -2)):
@@ -327,8 +328,10 @@ class Chain:
         return x, turn @ R, np.concatenate([[0.0], rest[:, 2], [0.0]])
 
     def _pulls(self, x: Array, R: Array) -> tuple[Array, Array]:
-        """Return arms and dead forces (n, 3): vertices (N + 1, 3), and for those off the centre the directors of R (N + 2, 3, 3)."""
-        eccentric = [(R[k], self.problem.end_load(at).eccentric / self.scale.moment) for at, k in (("start", 0), ("end", -1))]
+        """Return arms and dead forces (n, 3): x (N + 1, 3); of those off the centre the directors of R (N + 2, 3, 3), and A."""
+        eccentric = [
+            (R[k], self.problem.end_load(at).eccentric / self.scale.moment) for at, k in (("start", 0), ("end", -1))
+        ]
         eccentric += [(np.tensordot(point.share, R[point.edges], 1), point.eccentric) for point in self.points]
         return (
             np.concatenate([x, *(frame.T for frame, _ in eccentric)]),

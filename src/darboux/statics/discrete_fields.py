@@ -50,10 +50,19 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     return chain.scale.curve(nodes[twice], y, dy)
 
 
-def elastic_parts(chain: Chain, shape: Shape) -> tuple[float, float, float]:
-    """Return the energies of bending, twist and stretch in J: of the springs and the edges."""
+def elastic_parts(chain: Chain, shape: Shape, load_factor: float) -> tuple[float, float, float]:
+    """Return the energies of bending, twist and stretch in J: of the springs and the edges, and beside moments at points.
+
+    There the spring has the mean curvature of both sides; that they differ by it stores mu.u / 2, see `PointLoad`.
+    """
     parts = np.empty(4)
     discrete_rod.energy(shape.state, chain.elasticity(shape.T), chain.loads(0.0), parts)
+    R = chain.frames(shape)
+    for point in chain.points:
+        for j, share in zip(point.edges, point.share, strict=True):
+            mu = point.moment(R[j], load_factor)
+            stored = 0.5 * share * mu * (point.c @ mu)
+            parts[:2] += stored[0] + stored[1], stored[2]
     bending, twist, stretch = (float(part) * chain.scale.moment for part in parts[:3])
     return bending, twist, 0.0 if chain.inextensible else stretch
 
@@ -89,7 +98,9 @@ def _quaternions(chain: Chain, R: Array, load_factor: float) -> Array:
     for point in chain.points:
         i = point.edges[0]
         mean = frames.matrix_of_quaternion(between[i])
-        between[i] = frames.product(between[i], frames.quaternion_of_turn(point.turn(mean, load_factor)[None])[0])
+        between[i] = frames.product(
+            between[i], frames.quaternion_of_turn((point.c @ point.moment(mean, load_factor))[None])[0]
+        )
     return frames.same_sign(between)
 
 

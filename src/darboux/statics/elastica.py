@@ -30,8 +30,8 @@ class Elastica:
         (B (theta' - k0))' = n_x sin(theta) - n_y cos(theta) - l,     n(s) = n(L) + int_s^L f
 
     States: rods clamped at one end or both, in any plane of space, that neither stretch nor shear; dead forces in the
-    plane, also off the end's centre, couples and moments normal to it; stiffness and natural curvature that may vary along s. The answer is on
-    the branch that starts at the unloaded rod. Accuracy: 1e-12 of the length as a rule.
+    plane, also off the end's centre, couples and moments normal to it; stiffness and natural curvature that may vary along s.
+    The answer is on the branch that starts at the unloaded rod. Accuracy: 1e-12 of the length as a rule.
 
     Argument: ``rtol``, the allowed error of the tip relative to the length, from 1e-12 to 1e-3.
     Sources: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed. 1927, art. 260-263;

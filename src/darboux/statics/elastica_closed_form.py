@@ -129,7 +129,9 @@ class Pieces:
     def of(cls, plane: PlaneProblem) -> Pieces:
         """Return the fewest pieces with max(w, q) h <= 1 at every load up to the full one."""
         natural = float(plane.data(np.zeros(1)).k0[0])
-        tip = abs(natural) + abs(plane.end_moment) + float(np.hypot(*plane.off_centre))  # the largest curvature of the free end
+        tip = (
+            abs(natural) + abs(plane.end_moment) + float(np.hypot(*plane.off_centre))
+        )  # the largest curvature of the free end
         rate = np.sqrt(float(np.hypot(*plane.end_force)) + tip**2 / 4.0)
         return cls(plane, natural, max(1, int(np.ceil(rate))))
 

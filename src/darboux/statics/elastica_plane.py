@@ -87,7 +87,8 @@ class PlaneProblem:
 
     ``sign`` is -1 where s runs against the rod's own; ``normal`` is e, ``base`` (3, 2) holds the axes x and y,
     ``R0`` the clamp's frame and ``origin`` its place; ``end_force`` (2,) and ``end_moment`` act on the free end, ``off_centre``
-    (2,) are e x F and e . F of forces that act at an offset e from it, where it has not turned; ``end_pose`` is (x, y, theta) of a held end or None; ``breaks`` are the kinks of the data.
+    (2,) are e x F and e . F of forces that act at an offset e from it, where it has not turned; ``end_pose`` is (x, y, theta) of
+    a held end or None; ``breaks`` are the kinks of the data.
     """
 
     problem: Equilibrium

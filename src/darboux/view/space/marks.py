@@ -227,9 +227,9 @@ def loads(marks: Marks, problem: Equilibrium, shape: Shape, factor: float = 1.0)
     parts, labels = _along(marks, problem, shape)
     forces, moments = [], []
     for (place, offset), load in _concentrated(problem).items():
-        i = {"start": 0, "end": -1}.get(place) if isinstance(place, str) else int(np.argmin(np.abs(shape.s - place)))
+        i = int(np.argmin(np.abs(shape.s - {"start": shape.s[0], "end": shape.s[-1]}.get(place, place))))
         r, R = shape.r[i], shape.R[i]
-        outward = {0: -R[:, 2], -1: R[:, 2]}.get(i) if isinstance(place, str) else None
+        outward = {"start": -R[:, 2], "end": R[:, 2]}.get(place)
         point = r + R @ offset
         if any(offset):
             parts.append(turned(r, point, [0.05 * marks.size] * 2, JOINT))
