@@ -42,7 +42,7 @@ def tapered(s):
 
 MASS = 0.7
 G, FIELD, OMEGA, POINT = (np.array(v) for v in ((0.3, -0.5, -2.0), (0.4, 0.3, 0.5), (0.5, 0.2, 0.9), (0.2, 0.1, -0.3)))
-F, OFF = np.array((0.5, -0.8, -1.1)), np.array((0.1, -0.05, 0.1))
+F, PUSH, OFF = (np.array(v) for v in ((0.5, -0.8, -1.1), (-0.2, 0.4, 0.6), (0.2, -0.1, 0.15)))
 K, LINE, UP = (
     np.array([[2.0, 0.3, 0.1], [0.3, 1.5, 0.2], [0.1, 0.2, 0.8]]),
     (0.1, -0.1, 0.05),
@@ -77,12 +77,12 @@ CONSERVATIVE = {
     "end force": (lambda c: dx.EndForce(c * F), lambda x: -F @ x.r(1.0)),
     "point force": (lambda c: dx.PointForce(c * F, 0.37), lambda x: -F @ x.r(0.37)),
     "end force off the centre": (
-        lambda c: dx.EndForce(c * F, offset=OFF),
-        lambda x: -F @ (x.r(1.0) + x.R(1.0) @ OFF),
+        lambda c: dx.EndForce(c * PUSH, offset=OFF),
+        lambda x: -PUSH @ (x.r(1.0) + x.R(1.0) @ OFF),
     ),
     "point force off the centre": (
-        lambda c: dx.PointForce(c * F, 0.37, offset=OFF),
-        lambda x: -F @ (x.r(0.37) + x.R(0.37) @ OFF),
+        lambda c: dx.PointForce(c * PUSH, 0.37, offset=OFF),
+        lambda x: -PUSH @ (x.r(0.37) + x.R(0.37) @ OFF),
     ),
 }
 WITHOUT = (dx.EndMoment, dx.PointMoment, dx.LineCouple)  # a potential, in space
