@@ -109,6 +109,7 @@ def loads(draw: Draw, length: float, EI: float, mass: float, free: bool) -> Any:
     kinds = ["gravity", "line force", "line couple", "point force", "point moment", "rotation", "foundation"]
     kinds += ["end force", "end moment"] if free else []
     follower, at = draw(st.booleans()), length * draw(number(0.05, 0.95))
+    offset = scaled(draw(vector(0.3)), length) if draw(st.booleans()) else (0.0, 0.0, 0.0)
     match draw(st.sampled_from(kinds)):
         case "gravity":
             return dx.Gravity(scaled(draw(vector(20.0)), force / (length * mass)))
@@ -117,7 +118,7 @@ def loads(draw: Draw, length: float, EI: float, mass: float, free: bool) -> Any:
         case "line couple":
             return dx.LineCouple(scaled(draw(vector(2.0)), moment / length), frame="section" if follower else "fixed")
         case "point force":
-            return dx.PointForce(scaled(draw(vector(8.0)), force), at=at, follower=follower)
+            return dx.PointForce(scaled(draw(vector(8.0)), force), at=at, follower=follower, offset=offset)
         case "point moment":
             return dx.PointMoment(scaled(draw(vector(2.0)), moment), at=at, follower=follower)
         case "rotation":
@@ -125,7 +126,7 @@ def loads(draw: Draw, length: float, EI: float, mass: float, free: bool) -> Any:
         case "foundation":
             return dx.Foundation(draw(magnitude(0.1, 30.0)) * force / length**2)
         case "end force":
-            return dx.EndForce(scaled(draw(vector(8.0)), force), follower=follower)
+            return dx.EndForce(scaled(draw(vector(8.0)), force), follower=follower, offset=offset)
     return dx.EndMoment(scaled(draw(vector(3.0)), moment), follower=follower)
 
 

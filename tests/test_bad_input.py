@@ -74,6 +74,8 @@ MISTAKES = {
     "nan position": (lambda: dx.Clamped(position=(0, NAN, 0)), ["clamp.position", "finite"]),
     "force of two numbers": (lambda: dx.EndForce((1, 2)), ["end_force.force", "3 numbers in N"]),
     "infinite moment": (lambda: dx.EndMoment((0, INF, 0)), ["end_moment.moment", "finite"]),
+    "offset of two numbers": (lambda: dx.EndForce((1, 2, 3), offset=(0.1, 0)), ["end_force.offset", "3 numbers in m"]),
+    "offset that is no number": (lambda: dx.PointForce((1, 2, 3), 0.1, offset=(0, 0, NAN)), ["point_force.offset", "finite"]),
     "load at no end": (lambda: dx.EndForce((1, 0, 0), at="tip"), ["end_force.at", "'start', 'end'"]),
     "load in the wrong frame": (lambda: dx.LineForce((1, 0, 0), frame="body"), ["line_force.frame", "'fixed', 'section'"]),
     "couple in the wrong frame": (lambda: dx.LineCouple((1, 0, 0), frame=3), ["line_couple.frame", "'fixed', 'section'"]),

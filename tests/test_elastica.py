@@ -466,6 +466,8 @@ FLAT = Rod(1.0, Stiffness(EI1=3.0, EI2=1.0, GJ=0.7), natural=(0, 0.8, 0))
 SYMMETRIC = {
     "closed form": cantilever(EndForce((-3, 5, 0)), EndMoment((0, 0, 1)), rod=FLAT),
     "heavy": cantilever(LineForce((3, -20, 0)), LineCouple((0, 0, 1)), rod=FLAT),
+    "off the centre": cantilever(EndForce((-3, 5, 0), offset=(0.2, 0, 0.1)), rod=FLAT),
+    "off the centre, heavy": cantilever(LineForce((3, -20, 0)), EndForce((2, 4, 0), offset=(-0.3, 0, 0.1)), rod=FLAT),
     "about d1": cantilever(
         LineForce((3, 0, -20)), rod=Rod(1.0, Stiffness(EI1=3.0, EI2=1.0, GJ=0.7), natural=(0.8, 0, 0))
     ),
@@ -613,11 +615,12 @@ def test_derivatives_of_both_systems(seed):
     """Taylor test: G(u + h v) - G(u - h v) = 2 h J v + O(h^3), at random points."""
     rng = np.random.default_rng(seed)
     held = SYMMETRIC["held"]
-    plane = plane_of(VARIED["couple"] if seed % 2 else held)
+    off = EndForce((3, -2, 0), offset=(0.4, 0, -0.2))
+    plane = plane_of(VARIED["couple"].with_load(off) if seed % 2 else held)
     pose = np.array([0.7, 0.2, 0.1])
     leg = heavy_elastica.Leg(0.25, np.zeros(3), pose, slides=seed == 2)
     elements = heavy_elastica.Elements(plane, np.array([0.0, 0.3, 1.0]), leg)
-    pieces = Pieces(np.array([3.0, -2.0]), 1.5, 0.5, 3)
+    pieces = Pieces(plane_of(cantilever(off, EndMoment((0, 0, 1.5)))), 0.5, 3)
     for system, close in ((elements, 1e-8), (pieces, 1e-6)):
         size = len(system.weights)
         u, v = rng.normal(size=size), rng.normal(size=size)

@@ -42,7 +42,7 @@ def tapered(s):
 
 MASS = 0.7
 G, FIELD, OMEGA, POINT = (np.array(v) for v in ((0.3, -0.5, -2.0), (0.4, 0.3, 0.5), (0.5, 0.2, 0.9), (0.2, 0.1, -0.3)))
-F = np.array((0.5, -0.8, -1.1))
+F, PUSH, OFF = (np.array(v) for v in ((0.5, -0.8, -1.1), (-0.2, 0.4, 0.6), (0.2, -0.1, 0.15)))
 K, LINE, UP = (
     np.array([[2.0, 0.3, 0.1], [0.3, 1.5, 0.2], [0.1, 0.2, 0.8]]),
     (0.1, -0.1, 0.05),
@@ -76,6 +76,14 @@ CONSERVATIVE = {
     ),
     "end force": (lambda c: dx.EndForce(c * F), lambda x: -F @ x.r(1.0)),
     "point force": (lambda c: dx.PointForce(c * F, 0.37), lambda x: -F @ x.r(0.37)),
+    "end force off the centre": (
+        lambda c: dx.EndForce(c * PUSH, offset=OFF),
+        lambda x: -PUSH @ (x.r(1.0) + x.R(1.0) @ OFF),
+    ),
+    "point force off the centre": (
+        lambda c: dx.PointForce(c * PUSH, 0.37, offset=OFF),
+        lambda x: -PUSH @ (x.r(0.37) + x.R(0.37) @ OFF),
+    ),
 }
 WITHOUT = (dx.EndMoment, dx.PointMoment, dx.LineCouple)  # a potential, in space
 
@@ -99,7 +107,7 @@ def stated(start, end, grown=0.0):
     acting = [
         make(1.0 + grown * share)
         for (name, (make, _)), share in zip(CONSERVATIVE.items(), SHARES, strict=True)
-        if not (end.clamps and name == "end force")
+        if not (end.clamps and name.startswith("end force"))
     ]
     return dx.Equilibrium(ROD, start, end, acting, {AMID: stiffer(dx.Spring(AMID_K, position=(0.1, 0.1, 0.5)), grown)})
 
@@ -143,7 +151,7 @@ def test_the_energy_changes_by_what_loads_and_springs_that_grow_store(name) -> N
     amid = x.r(AMID) - (0.1, 0.1, 0.5)
     parts = {what: share * stored(x) for (what, (_, stored)), share in zip(CONSERVATIVE.items(), SHARES, strict=True)}
     if end.clamps:
-        del parts["end force"]
+        del parts["end force"], parts["end force off the centre"]
     parts |= {f"spring at {s:g}": strained(support, x.r(s), x.R(s)) for s, support in ((0.0, start), (1.0, end))}
     parts["spring between"] = 0.5 * AMID_K * amid @ amid
     found = slope(lambda t: stated(stiffer(start, t), stiffer(end, t), t), x)

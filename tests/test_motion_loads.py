@@ -20,6 +20,8 @@ AT_POINTS = [
     dx.PointForce((0.5, 0.3, 0.6), at=0.37, follower=True),
     dx.PointMoment((0.3, 0.2, 0.4), 0.37, follower=True),
 ]
+OFF = {"offset": (0.1, -0.2, 0.15)}
+ECCENTRIC = [dx.EndForce((0.5, 0.3, -0.6), **OFF), dx.PointForce((1, 0.5, 0.6), 0.37, **OFF)]
 IN_SECTION = [dx.LineForce((0.5, 0.3, 0.6), frame="section"), dx.LineCouple((0.3, 0.2, 0.4), frame="section")]
 FIELDS = [
     dx.LineCouple((0.3, 0.2, 0.4)),
@@ -34,6 +36,11 @@ PROBLEMS = {
         ROD, loads=[dx.PointForce((0.5, 0.3, 0.6), 0.37), dx.PointMoment((0.3, 0.2, 0.4), 0.6)]
     ),
     "followers at points": dx.Equilibrium(ROD, loads=AT_POINTS),
+    "off the centre": dx.Equilibrium(ROD, loads=ECCENTRIC),
+    "off the centre, with others": dx.Equilibrium(ROD, loads=[*ECCENTRIC, *AT_POINTS, dx.EndMoment((0.1, 0.2, 0.1))]),
+    "off the centre of joints": dx.Equilibrium(
+        ROD, dx.Hinge((1, 0, 0)), ROLLER, loads=[*ECCENTRIC, dx.EndForce((0.3, 0.2, -0.4), at="start", **OFF)]
+    ),
     "followers along the rod": dx.Equilibrium(ROD, loads=IN_SECTION),
     "fields": dx.Equilibrium(ROD, loads=FIELDS),
     "turning frame": dx.Equilibrium(
@@ -42,7 +49,7 @@ PROBLEMS = {
     "hinge": dx.Equilibrium(ROD, dx.Hinge((1, 0, 0)), ROLLER, loads=[PUSH, dx.EndMoment((1, 0.2, 0.3), at="start")]),
     "universal": dx.Equilibrium(ROD, dx.Universal((1, 0, 0), (0, 1, 0)), ROLLER, loads=[PUSH, *IN_SECTION]),
     "spring": dx.Equilibrium(ROD, end=SPRING, loads=[PUSH, *TURNING]),
-    "slider": dx.Equilibrium(ROD, end=dx.Slider((0, 1, 1), position=UP), loads=[PUSH, TURNING[0]]),
+    "slider": dx.Equilibrium(ROD, end=dx.Slider((0, 1, 1), position=UP), loads=[PUSH, TURNING[0], ECCENTRIC[0]]),
     "guided": dx.Equilibrium(ROD, end=dx.Guided(tangent=(0, 0.2, 1)), loads=[PUSH]),
     "between": dx.Equilibrium(ROD, dx.Pinned(), ROLLER, between=BETWEEN, loads=[PUSH]),
 }

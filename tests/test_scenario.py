@@ -53,9 +53,9 @@ SUPPORTS = [
 LOADS = [
     dx.Gravity(),
     dx.Gravity((0, 1.62, 0)),
-    dx.EndForce((1, 2, 1 / 3), follower=True),
+    dx.EndForce((1, 2, 1 / 3), follower=True, offset=(0.1, 0, 1 / 3)),
     dx.EndMoment((1, 2, 1 / 3), at="end"),
-    dx.PointForce((1, 2, 3), at=0.1, follower=True),
+    dx.PointForce((1, 2, 3), at=0.1, follower=True, offset=(0, 1 / 7, 0)),
     dx.PointMoment((1, 2, 3), at=0.7),
     dx.LineForce((1, 2, 3), frame="section"),
     dx.LineForce(VECTORS),

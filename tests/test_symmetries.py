@@ -35,7 +35,7 @@ def problems(draw: st.DrawFn) -> dx.Equilibrium:
     rod = dx.Rod(1.0, section, natural=draw(vectors), stretch=draw(st.booleans()))
     loads = [
         dx.Gravity(),
-        dx.EndForce(draw(vectors)),
+        dx.EndForce(draw(vectors), offset=0.2 * np.array(draw(vectors))),
         dx.EndMoment(draw(vectors)),
         dx.Rotation(draw(vectors), draw(vectors)),
     ]
@@ -47,7 +47,8 @@ def mapped(load, turn, force=1.0, moment=1.0, length=1.0, swap=False):
     at = {"at": "start"} if swap else {}
     match load:
         case dx.EndForce():
-            return dx.EndForce(turn @ load.force * force, **at)
+            offset = np.array(load.offset) * length * ((1.0, -1.0, -1.0) if swap else 1.0)
+            return dx.EndForce(turn @ load.force * force, offset=offset, **at)
         case dx.EndMoment():
             return dx.EndMoment(turn @ load.moment * moment, **at)
         case dx.Gravity():

@@ -218,6 +218,12 @@ LOADS = {
     "nothing": (dx.Gravity(), 0, []),
     "force": (dx.EndForce((0, 0.02, 0)), 1, ["20 mN"]),
     "follower": (dx.PointForce((0.02, 0, 0), at=0.1, follower=True), 1, ["20 mN, follower"]),
+    "force off the centre": (dx.EndForce((0, 0.02, 0), offset=(0.01, 0, 0)), 2, ["20 mN"]),
+    "follower off the centre": (
+        dx.PointForce((0.02, 0, 0), at=0.1, follower=True, offset=(0, 0.01, 0)),
+        2,
+        ["20 mN, follower"],
+    ),
     "moment": (dx.EndMoment((0, 1e-4, 0)), 1, ["100 µN m"]),
     "moment in a station": (dx.PointMoment((0, 0, 1e-4), at=0.1, follower=True), 1, ["100 µN m, follower"]),
     "line": (dx.LineForce((0, 0.1, 0)), 10, []),
@@ -240,6 +246,18 @@ def test_every_load_has_its_marks_and_words(bent: dx.EquilibriumSolution, name: 
     assert bool(drawn_parts) == bool(least)
     assert [label.words for label in labels] == words
     assert all(np.all(np.isfinite(part.points)) for part in drawn_parts)
+
+
+def test_a_force_off_the_centre_is_drawn_where_it_acts(bent: dx.EquilibriumSolution) -> None:
+    F, e = np.array([0.0, 0.02, 0.0]), np.array([0.01, 0.0, 0.03])
+    along, pen = shape.of(bent), marks.Marks(0.02, 0.004, np.array([0.0, -1.0, 0.0]))
+    problem = dx.Equilibrium(bent.problem.rod, loads=[dx.EndForce(F, offset=e)])
+    arm, *arrow = marks.loads(pen, problem, along)[0]
+    acts_at = along.r[-1] + along.R[-1] @ e
+    np.testing.assert_allclose(arm.points[[0, -1]].mean(axis=0), 0.5 * (along.r[-1] + acts_at), atol=2e-3)
+    points = np.concatenate([part.points for part in arrow])
+    assert np.max(points[:, 1]) < acts_at[1]  # it pushes: its head lies just before the point
+    np.testing.assert_allclose(points.mean(axis=0)[[0, 2]], acts_at[[0, 2]], atol=1e-9)
 
 
 def test_arrows_are_as_long_and_turn_as_what_they_stand_for() -> None:

@@ -75,8 +75,8 @@ def _stations_up_to(problem: Equilibrium, curve: Curve, load_factor: float, orig
         before, after = np.flatnonzero(nearest == np.min(nearest))[[0, -1]]  # the node stands twice: from its second on
         y = curve.y[after]
         R = frames.matrix_of_quaternion(y[3:7])
-        force = load_factor * (load.force + R @ load.section_force)
-        moment = load_factor * (load.moment + R @ load.section_moment)
+        force = load_factor * load.force_at(R)
+        moment = load_factor * load.moment_at(R)
         if support.holds:
             force, moment = curve.y[before, 7:10] - y[7:10], curve.y[before, 10:13] - y[10:13]
         total[after:] += np.concatenate([force, moment + np.cross(y[0:3] - origin, force)])

@@ -63,16 +63,35 @@ class EndLoad:
     """The sum of the loads on one end or point: force (3,) in N and moment (3,) in N m.
 
     The dead ones in the fixed frame; the followers, ``section_force`` and ``section_moment``, in the section's.
+    ``eccentric`` (3, 3) in N m is the sum A of F e^T, of the dead forces F that act at r + R e.
     """
 
     force: Array = field(default_factory=lambda: np.zeros(3))
     moment: Array = field(default_factory=lambda: np.zeros(3))
     section_force: Array = field(default_factory=lambda: np.zeros(3))
     section_moment: Array = field(default_factory=lambda: np.zeros(3))
+    eccentric: Array = field(default_factory=lambda: np.zeros((3, 3)))
+
+    def force_at(self, R: Array) -> Array:
+        """Return the force (3,) in N on a section of the frame R (3, 3), fixed frame."""
+        return np.asarray(self.force + R @ self.section_force)
+
+    def moment_at(self, R: Array) -> Array:
+        """Return the moment (3,) in N m about the section's centre: (R e) x F is the sum of d_i x A_i, A_i the columns of A."""
+        dead = self.moment + np.sum(np.cross(R.T, self.eccentric.T), axis=0)
+        return np.asarray(dead + R @ self.section_moment)
+
+    def moment_by_turn(self, R: Array) -> Array:
+        """Return dM/dphi (3, 3) of that moment, R -> exp([phi]_x) R: R A^T - tr(R A^T) - [R section_moment]_x.
+
+        Its symmetric part, that of the eccentric forces alone, is minus the second derivative of their potential.
+        """
+        arms = R @ self.eccentric.T
+        return np.asarray(arms - np.trace(arms) * np.eye(3) - np.cross(R @ self.section_moment, np.eye(3)).T)
 
     def potential(self, r: Array, R: Array) -> float:
-        """Return -F.r in J at r (3,) and the frame R (3, 3), without moments and followers."""
-        return -float(self.force @ r)
+        """Return -F.r - R : A in J at r (3,) and the frame R (3, 3), without moments and followers."""
+        return -float(self.force @ r + np.sum(R * self.eccentric))
 
 
 class Load:
@@ -389,6 +408,7 @@ class _Concentrated(Load):
 
     at: Any
     follower: bool
+    offset: Any = (0.0, 0.0, 0.0)
 
     def _add(self, total: EndLoad) -> None:
         raise NotImplementedError
@@ -401,11 +421,13 @@ class _Concentrated(Load):
         self._add(total)
 
 
-def _force_on(total: EndLoad, force: Any, follower: bool) -> None:
+def _force_on(total: EndLoad, force: Any, follower: bool, offset: Any) -> None:
     if follower:
         total.section_force = total.section_force + np.array(force)
+        total.section_moment = total.section_moment + np.cross(offset, force)
     else:
         total.force = total.force + np.array(force)
+        total.eccentric = total.eccentric + np.outer(force, offset)
 
 
 def _moment_on(total: EndLoad, moment: Any, follower: bool) -> None:
@@ -419,22 +441,28 @@ def _moment_on(total: EndLoad, moment: Any, follower: bool) -> None:
 class EndForce(_Concentrated):
     """A force on an end: n(L) = force at the end, n(0) = -force at the start.
 
+    With an ``offset`` e it acts at r + R e, eccentrically: its moment about the section's centre is (R e) x force.
+
     Arguments: ``force`` (3,) in N, fixed frame; ``at`` "end" or "start"; ``follower`` whether it turns with the section
-    (then ``force`` is in the section's frame, (0, 0, -P) a thrust along the rod). A dead force is conservative, a
+    (then ``force`` is in the section's frame, (0, 0, -P) a thrust along the rod); ``offset`` e (3,) in m, in the section's
+    frame, from its centre to the point of action. A dead force is conservative, with the potential -force . (r + R e); a
     follower force is not.
     """
 
     force: Any
     at: str = "end"
     follower: bool = False
+    offset: Any = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         force = checks.vector("end_force.force", self.force, "N")
         follower = checks.flag("end_force.follower", self.follower)
-        assign(self, force=force, at=checks.choice("end_force.at", self.at, ENDS), follower=follower)
+        offset = checks.vector("end_force.offset", self.offset, "m")
+        at = checks.choice("end_force.at", self.at, ENDS)
+        assign(self, force=force, at=at, follower=follower, offset=offset)
 
     def _add(self, total: EndLoad) -> None:
-        _force_on(total, self.force, self.follower)
+        _force_on(total, self.force, self.follower, self.offset)
 
     @property
     def place(self) -> str:
@@ -476,12 +504,16 @@ class EndMoment(_Concentrated):
 class PointForce(_Concentrated):
     """A force at a given s: the inner force jumps by it, n(s+) = n(s-) - force.
 
-    Arguments: ``force`` (3,) in N; ``at`` s in m, strictly between the ends; ``follower`` as in ``EndForce``.
+    With an ``offset`` e the inner moment jumps too, m(s+) = m(s-) - (R e) x force.
+
+    Arguments: ``force`` (3,) in N; ``at`` s in m, strictly between the ends; ``follower`` and ``offset`` (3,) in m as in
+    ``EndForce``.
     """
 
     force: Any
     at: float
     follower: bool = False
+    offset: Any = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         assign(
@@ -489,10 +521,11 @@ class PointForce(_Concentrated):
             force=checks.vector("point_force.force", self.force, "N"),
             at=checks.number("point_force.at", self.at, "m"),
             follower=checks.flag("point_force.follower", self.follower),
+            offset=checks.vector("point_force.offset", self.offset, "m"),
         )
 
     def _add(self, total: EndLoad) -> None:
-        _force_on(total, self.force, self.follower)
+        _force_on(total, self.force, self.follower, self.offset)
 
     @property
     def station(self) -> float:

@@ -70,7 +70,7 @@ class Energy:
         bending = 1/2 int M1 (k1 - k01) + M2 (k2 - k02) ds,    twist = 1/2 int M3 (k3 - k03) ds,     M = R^T m,
         stretch (with shear) = 1/2 int R^T n . (v - v0) ds,
         supports = sum (1/2 u . linear u + 1/2 theta . rotational theta)   over every ``Spring``,
-        load = load_factor (-int f . r ds - sum F . r   over dead forces, at ends and points too,
+        load = load_factor (-int f . r ds - sum F . (r + R e)   over dead forces, at ends and points too, with their offsets e
                             + 1/2 int (r - rest) . K (r - rest) ds   of a ``Foundation``,
                             - 1/2 int rho A |omega x (r - point)|^2 ds   of a ``Rotation``)
 
@@ -288,7 +288,7 @@ class EquilibriumSolution:
     def _reaction(self, carried: Array, y: Array, load: EndLoad) -> Reaction:
         """What a support does where the inner force and moment ``carried`` (6,) act on a node in the state y (13,)."""
         R = frames.matrix_of_quaternion(y[3:7])
-        force, moment = load.force + R @ load.section_force, load.moment + R @ load.section_moment
+        force, moment = load.force_at(R), load.moment_at(R)
         return Reaction(carried[:3] - self.load_factor * force, carried[3:] - self.load_factor * moment)
 
     @cached_property

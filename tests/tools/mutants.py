@@ -100,6 +100,11 @@ MUTANTS = (
     Mutant("kernels/rod_motion.py", "scaled(level[k] - dot(a, vector(old.x, 3 * i))", "scaled(-level[k] - dot(a, vector(old.x, 3 * i))", "kernels/test_rod_motion.py::test_what_is_held_along_a_line_stays_on_it"),
     Mutant("link.py", "triple = -_dot(a, across)", "triple = _dot(a, across)", "validation/test_geometry.py::test_polygons"),
     Mutant("link.py", "half_angles = np.triu(one + two, 2)", "half_angles = np.triu(one, 2)", "validation/test_geometry.py::test_polygons"),
+    Mutant("kernels/support.py", "cross(phi, vector(UNIT, 3 - i))", "cross(vector(UNIT, 3 - i), phi)", "test_offsets.py::test_the_derivatives_of_the_end_conditions"),
+    Mutant("kernels/rod_motion.py", "mix(1.0, second, dot(m, psi), u)", "mix(1.0, second, -dot(m, psi), u)", MOTION),
+    Mutant("kernels/rod_motion.py", "first = plus(change, of_turned(G, symmetric_times(compliance, o, change)))", "first = change", MOTION),
+    Mutant("statics/discrete_chain.py", "- G.T @ cross_matrix(u)", "+ G.T @ cross_matrix(u)", "test_offsets.py::test_the_hessian_of_the_chain_is_the_derivative_of_its_gradient"),
+    Mutant("statics/discrete_chain.py", "np.trace(G) + 0.5 * m @ self.c @ m", "np.trace(G) - 0.5 * m @ self.c @ m", "test_offsets.py::test_the_hessian_of_the_chain_is_the_derivative_of_its_gradient"),
     Mutant("loads.py", "total.a -= C @ np.array(self.point)", "total.a += C @ np.array(self.point)", "test_descriptions.py::test_loads_are_affine_in_position_and_frame"),
 )  # fmt: skip
 

@@ -29,6 +29,7 @@ class Acting(NamedTuple):
     carried: Carried
     moments: Array  # (G 6) dead, on ghosts that turn
     section_moments: Array  # (G 6)
+    eccentric: Array  # (G 18) at ends that have a ghost
 
 
 class _Carrier:
@@ -37,6 +38,7 @@ class _Carrier:
     def __init__(self, groups: int, edge: int, vertex: int, share: float, turn: Array, compliance: Array) -> None:
         self.place, self.share, self.turn, self.compliance = (edge, vertex), share, turn, compliance
         self.force, self.couple, self.dead = np.zeros((3, groups, 3))
+        self.eccentric = np.zeros((groups, 3, 3))  # A^T
 
 
 def acting(
@@ -59,6 +61,7 @@ def acting(
     edges = N + isinstance(problem, Ring)
     f, C, couples = np.zeros((G, edges + 1, 3)), np.zeros((G, edges + 1, 6)), np.zeros((G, edges, 3))
     moments, section_moments = np.zeros((2, G, 2, 3))
+    eccentric = np.zeros((G, 2, 3, 3))
     along: list[_Carrier] = []
     points = [_station(problem, s, G, nodes, scale) for s in problem.points]
     tips = [_tip(G, at, N, kind, B, kappa0) for at, kind in enumerate(ends)]
@@ -99,12 +102,15 @@ def acting(
             if ends[at] == FREE:
                 couples[g, tip.place[0] - 1] += total.moment / scale.moment
                 continue
-            tip.couple[g] = tip.dead[g] = 0.0  # a moment on a ghost is the support's, or turns it
+            eccentric[g, at] = tip.eccentric[g]
+            tip.couple[g] = tip.dead[g] = tip.eccentric[g] = 0.0  # a moment on a ghost is the support's, or turns it
             if ends[at] == TURNING:
                 moments[g, at] = total.moment / scale.moment
                 section_moments[g, at] = total.section_moment / scale.moment
     carriers = [
-        c for c in (*along, *(c for pair in points for c in pair), *tips) if np.any(c.force) or np.any(c.couple)
+        c
+        for c in (*along, *(c for pair in points for c in pair), *tips)
+        if any(np.any(getattr(c, part)) for part in PARTS)
     ]
     carried = Carried(
         np.array([c.place for c in carriers], dtype=np.int64).ravel(),
@@ -113,10 +119,11 @@ def acting(
         _flat([c.compliance for c in carriers]),
         *(_flat(list(np.swapaxes([getattr(c, part) for c in carriers], 0, 1)) if carriers else []) for part in PARTS),
     )
-    return Acting(Loads(f.ravel(), C.ravel()), couples.ravel(), carried, moments.ravel(), section_moments.ravel())
+    on_ghosts = moments.ravel(), section_moments.ravel(), eccentric.ravel()
+    return Acting(Loads(f.ravel(), C.ravel()), couples.ravel(), carried, *on_ghosts)
 
 
-PARTS = ("force", "couple", "dead")
+PARTS = ("force", "couple", "dead", "eccentric")
 
 
 def datum(problem: Equilibrium, groups: Sequence[Sequence[Load]], nodes: Array, scale: Scale) -> Array:
@@ -151,6 +158,7 @@ def _take(carrier: _Carrier, g: int, total: EndLoad, scale: Scale) -> None:
     carrier.force[g] = total.section_force / scale.force
     carrier.couple[g] = total.section_moment / scale.moment
     carrier.dead[g] = total.moment / scale.moment
+    carrier.eccentric[g] = total.eccentric.T / scale.moment
 
 
 def _station(problem: Equilibrium, s: float, G: int, nodes: Array, scale: Scale) -> tuple[_Carrier, _Carrier]:

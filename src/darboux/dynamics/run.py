@@ -23,6 +23,7 @@ class Run:
         self.state, self.V = system.start()
         self.A = np.zeros_like(self.V)
         self.tally = np.zeros(3)
+        self.tally[rod_motion.OF_LOADS] = -self.measures()[12]
         self.now, self.velocity = new_state(system.edges), np.empty_like(self.V)
         self.steps = self.iterations = self.halvings = 0
 
@@ -39,9 +40,9 @@ class Run:
         self.tally[rod_motion.OF_SUPPORTS] += self._energy() - before
 
     def _energy(self) -> float:
-        """Return the energy of the rod and its supports, without the loads'."""
+        """Return the energy of the rod's springs and its supports, without the loads'."""
         measured = self.measures()
-        return float(np.sum(measured[:4]) + measured[11])
+        return float(np.sum(measured[:4]) + measured[11] - measured[12])
 
     def failure(self) -> str:
         """Return where and when a step did not converge, and what to try."""
@@ -57,8 +58,8 @@ class Run:
         return 0.0
 
     def measures(self) -> Array:
-        """Return energies, momenta, the supports' energy and the tally: (15,), dimensionless."""
-        result, factors = np.empty(12), self.system.factors_at(self.t)
+        """Return energies, momenta, the supports' energy, that of no spring (see the kernel), the tally: (16,), dimensionless."""
+        result, factors = np.empty(13), self.system.factors_at(self.t)
         rod_motion.measures(self.state, self.V, self.body, factors, result)
         result[4] += factors[rod_motion.FACTORS :] @ self.system.datum
         return np.concatenate([result, self.tally])

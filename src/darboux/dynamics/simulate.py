@@ -182,9 +182,9 @@ class _Recorder:
         packed = np.append(run.V, 0.0).reshape(-1, 4)[: N + 1]  # of a ring without what stands twice
         measured = run.measures()
         kinetic, bending, twist, stretch, load = measured[:5] * units.energy
-        supports, dissipated, of_loads, of_supports = measured[11:] * units.energy
+        supports, of_no_spring, dissipated, of_loads, of_supports = measured[11:] * units.energy
         self.load = load if self.load is None else self.load
-        work = of_supports + of_loads + (load - self.load)
+        work = of_supports + of_loads + of_no_spring + (load - self.load)
         momentum = measured[5:8] * (units.mass * units.length / units.time)
         angular = measured[8:11] * (units.mass * units.length**2 / units.time)
         energies = (kinetic, bending, twist, stretch, supports, load, dissipated, work)

@@ -161,7 +161,8 @@ class System:
         return Body(
             rod, acts.loads, acts.couples, acts.carried,
             holding.holds(supports, self.scale, self.segments, self.ring is not None),
-            Turning(*ghosts, acts.moments, acts.section_moments), self.frame_spin, self.mass, self.sixth, self.slowness,
+            Turning(*ghosts, acts.moments, acts.section_moments, acts.eccentric),
+            self.frame_spin, self.mass, self.sixth, self.slowness,
             (self.B * self.times[[0, 0, 1, 0, 0, 0]]).ravel(), self.EA * self.times[2], self.drag, fixed, self.inextensible,
             np.zeros(0) if self.ring is None else closing.angle(self.ring),
         )  # fmt: skip

@@ -37,7 +37,12 @@ Loads come in groups g that share a factor of time lambda_g (t): each row of the
 the section are forces and couples in an edge's frame. At the end of a rod, and where a couple makes the curvature jump,
 the section's frame is that of the edge turned a little, by its natural curvature and by the couple over the distance:
 
-    F = lambda R (p + a x p),     a = a_0 + C (d + R^T d_dead)                                                       (5)
+    F = lambda R (p + a x p),     a = a_0 + C (d + R^T d_dead + m)                                                   (5)
+
+Dead forces F_k that act off the centre, at R e_k, have the potential -R : A, A = sum F_k e_k^T, and of the frame that is
+turned by a, with G = R^T A and its axial vector m, the moment in the section's frame,
+
+    E = -tr G - m.(a_0 + C m / 2)                                                                                    (7)
 
 A support that leaves some of the end's rotations free, or ties them by a spring, has a ghost edge without inertia that
 stands in equilibrium: by its free rotations phi, E the energy of the spring of half a cell and of the support,
@@ -74,7 +79,7 @@ from darboux.kernels.algebra import (
     times,
     vector,
 )
-from darboux.kernels.band import LOWER
+from darboux.kernels.band import LOWER, REACH
 from darboux.kernels.discrete_rod import (
     AA,
     AB,
@@ -91,6 +96,7 @@ from darboux.kernels.discrete_rod import (
     add_spring_gradient,
     add_spring_hessian,
     add_symmetric,
+    add_upper,
     advance,
     edge,
     energy,
@@ -146,6 +152,7 @@ class Carried(NamedTuple):
     force: Array  # (G 3 K) p
     couple: Array  # (G 3 K) d
     dead: Array  # (G 3 K) d_dead, which other loads count
+    eccentric: Array  # (G 9 K) A, column by column
 
 
 class Holds(NamedTuple):
@@ -168,6 +175,7 @@ class Turning(NamedTuple):
     stiffness: Array  # (12) of the support's spring, where all three rotations are free
     moment: Array  # (G 6) dead
     section_moment: Array  # (G 6)
+    eccentric: Array  # (G 18) A of both ends that have a ghost, column by column
 
 
 class Body(NamedTuple):
@@ -402,27 +410,161 @@ def add_couple(x: Array, V: Array, t: Vector, j: int, couple: Vector, residual: 
     return power
 
 
+@inline
+def frame_of(state: State, j: int) -> tuple[Vector, Vector, Vector]:
+    """The directors of edge j."""
+    a3, a1 = vector(state.t, 3 * j), vector(state.d1, 3 * j)
+    return a1, cross(a3, a1), a3
+
+
+@inline
+def in_section(a: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
+    """R^T v, with the directors a."""
+    return dot(a[0], v), dot(a[1], v), dot(a[2], v)
+
+
+@inline
+def in_space(a: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
+    """R v"""
+    result: Vector = plus(mix(v[0], a[0], v[1], a[1]), scaled(v[2], a[2]))
+    return result
+
+
+@inline
+def eccentric_in_section(
+    eccentric: Array, o: int, size: int, a: tuple[Vector, Vector, Vector], row: Array
+) -> tuple[Vector, Vector, Vector]:
+    """The columns of G = R^T A, from those of A at o."""
+    first, second, third = (
+        sum_of(eccentric, o, size, row), sum_of(eccentric, o + 3, size, row), sum_of(eccentric, o + 6, size, row),
+    )  # fmt: skip
+    return in_section(a, first), in_section(a, second), in_section(a, third)
+
+
+@inline
+def axial(G: tuple[Vector, Vector, Vector]) -> Vector:
+    """m = sum e_i x g_i"""
+    return G[1][2] - G[2][1], G[2][0] - G[0][2], G[0][1] - G[1][0]
+
+
+@inline
+def by_section_turn(G: tuple[Vector, Vector, Vector], psi: Vector) -> Vector:
+    """dm = K psi, K = G - tr G, for a small rotation psi in the section's frame."""
+    trace = G[0][0] + G[1][1] + G[2][2]
+    result: Vector = plus(mix(psi[0], G[0], psi[1], G[1]), mix(psi[2], G[2], -trace, psi))
+    return result
+
+
+@inline
+def of_turned(G: tuple[Vector, Vector, Vector], u: Vector) -> Vector:
+    """K^T u: what a turn u of the section against the edge adds to m."""
+    trace = G[0][0] + G[1][1] + G[2][2]
+    result: Vector = mix(1.0, (dot(G[0], u), dot(G[1], u), dot(G[2], u)), -trace, u)
+    return result
+
+
+@inline
+def eccentric_tangent(
+    G: tuple[Vector, Vector, Vector], compliance: Array, o: int, m: Vector, u: Vector, psi: Vector
+) -> Vector:
+    """Minus the second derivative of eq. (7): K psi + K^T C K psi - G^T (u x psi) - (m.psi) u."""
+    change, turned_by = by_section_turn(G, psi), cross(u, psi)
+    first = plus(change, of_turned(G, symmetric_times(compliance, o, change)))
+    second = (dot(G[0], turned_by), dot(G[1], turned_by), dot(G[2], turned_by))
+    result: Vector = minus(first, mix(1.0, second, dot(m, psi), u))
+    return result
+
+
+@inline
+def add_eccentric_hessian(
+    a: tuple[Vector, Vector, Vector], r: float, share: float, w: Vector, c1: Vector, c2: Vector, c3: Vector, j: int,
+    lower: Array,
+) -> None:  # fmt: skip
+    """The Hessian of `share` of eq. (7) by edge j and its angle; w is the moment, c_i what a turn about e_i makes of it.
+
+    In the section's frame, of the edge: ((-c22, c12, w2), (c12, -c11, -w1), (w2, -w1, 0)) / |e|^2; with its angle
+    (-c32, c31, 0) / |e|; of the angle -c33.
+    """
+    s, mixed, o = share * r * r, 0.5 * (c2[0] + c1[1]), 4 * j
+    h1 = (-s * c2[1], s * mixed, s * w[1])
+    h2 = (s * mixed, -s * c1[0], -s * w[0])
+    h3 = (s * w[1], -s * w[0], 0.0)
+    f1, f2, f3 = in_space(a, h1), in_space(a, h2), in_space(a, h3)
+    by_angle = in_space(a, (-share * r * c2[2], share * r * c1[2], 0.0))
+    between, angle = LOWER * (o - 4) + 4, LOWER * (o - 1)
+    rows = (
+        plus(mix(a[0][0], f1, a[1][0], f2), scaled(a[2][0], f3)),
+        plus(mix(a[0][1], f1, a[1][1], f2), scaled(a[2][1], f3)),
+        plus(mix(a[0][2], f1, a[1][2], f2), scaled(a[2][2], f3)),
+    )
+    add_upper(lower, o - 4, rows[0], rows[1], rows[2])
+    add_upper(lower, o, rows[0], rows[1], rows[2])
+    for q in range(3):
+        add(lower, between + REACH * q, scaled(-1.0, rows[q]))
+        lower[LOWER * (o - 4 + q) + 3 - q] -= by_angle[q]
+        lower[angle + 1 + q] += by_angle[q]
+    lower[angle] -= share * c3[2]
+
+
 @jit
-def add_carried(now: State, V: Array, carried: Carried, row: Array, residual: Array) -> float:
-    """Minus the loads that turn with the section, eq. (5); returns their power."""
-    place, share, turns, compliance, forces, couples, dead = carried
+def add_carried(
+    now: State, V: Array, carried: Carried, row: Array, hessian: bool, residual: Array, lower: Array
+) -> float:
+    """Minus the loads that depend on the section's frame, eqs. (5) and (7); returns their power.
+
+    Of their tangents, those of followers are left out of Newton's matrix.
+    """
+    place, share, turns, compliance, forces, couples, dead, eccentric = carried
     x, t, d1, _ = now
     power = 0.0
     for k in range(share.size):
         j, i = place[2 * k], place[2 * k + 1]
         a3, a1 = vector(t, 3 * j), vector(d1, 3 * j)
-        a2 = cross(a3, a1)
+        a = (a1, cross(a3, a1), a3)
         p, d = sum_of(forces, 3 * k, turns.size, row), sum_of(couples, 3 * k, turns.size, row)
-        other = sum_of(dead, 3 * k, turns.size, row)
-        bending = plus(d, (dot(a1, other), dot(a2, other), dot(a3, other)))
+        G = eccentric_in_section(eccentric, 9 * k, 3 * turns.size, a, row)
+        m = axial(G)
+        bending = plus(plus(d, m), in_section(a, sum_of(dead, 3 * k, turns.size, row)))
         turn = plus(vector(turns, 3 * k), symmetric_times(compliance, 6 * k, bending))
-        p, d = scaled(share[k], plus(p, cross(turn, p))), scaled(share[k], plus(d, cross(turn, d)))
-        force = plus(mix(p[0], a1, p[1], a2), scaled(p[2], a3))
+        w = plus(m, of_turned(G, turn))
+        p, d = scaled(share[k], plus(p, cross(turn, p))), scaled(share[k], plus(plus(d, cross(turn, d)), w))
+        force = in_space(a, p)
         add(residual, 4 * i, scaled(-1.0, force))
         power += dot(force, vector(V, 4 * i))
         if dot(d, d) > 0.0:
-            power += add_couple(x, V, a3, j, plus(mix(d[0], a1, d[1], a2), scaled(d[2], a3)), residual)
+            power += add_couple(x, V, a3, j, in_space(a, d), residual)
+        if hessian and dot(G[0], G[0]) + dot(G[1], G[1]) + dot(G[2], G[2]) > 0.0:
+            c1 = eccentric_tangent(G, compliance, 6 * k, m, turn, AXIS[0])
+            c2 = eccentric_tangent(G, compliance, 6 * k, m, turn, AXIS[1])
+            c3 = eccentric_tangent(G, compliance, 6 * k, m, turn, AXIS[2])
+            add_eccentric_hessian(a, 1.0 / length(x, j, x.size // 3 - 1), share[k], w, c1, c2, c3, j, lower)
     return power
+
+
+@inline
+def add_energy_of_carried(state: State, body: Body, row: Array, result: Array) -> None:
+    """What loads that depend on the frame add to the measures: -R : A of the section's frame, and what its turn u stores.
+
+    Between the section and its edge, or both of its edges, bending and twist by u = C mu store mu.u / 2.
+    """
+    carried, turning = body.carried, body.turning
+    size, C = carried.turn.size, carried.compliance
+    for k in range(carried.share.size):
+        a, share = frame_of(state, carried.place[2 * k]), carried.share[k]
+        G = eccentric_in_section(carried.eccentric, 9 * k, 3 * size, a, row)
+        m = axial(G)
+        dead = in_section(a, sum_of(carried.dead, 3 * k, size, row))
+        mu = plus(plus(sum_of(carried.couple, 3 * k, size, row), m), dead)
+        u = symmetric_times(C, 6 * k, mu)
+        bent, twisted = 0.5 * share * (mu[0] * u[0] + mu[1] * u[1]), 0.5 * share * mu[2] * u[2]
+        result[1] += bent
+        result[2] += twisted
+        result[12] += bent + twisted
+        result[4] -= share * (G[0][0] + G[1][1] + G[2][2] + dot(m, plus(vector(carried.turn, 3 * k), u)))
+    for end in range(2):
+        a = frame_of(state, end * (state.t.size // 3 - 1))
+        G = eccentric_in_section(turning.eccentric, 9 * end, 18, a, row)
+        result[4] -= G[0][0] + G[1][1] + G[2][2]
 
 
 @jit
@@ -485,13 +627,6 @@ def slow(V: Array, rate: float, slowness: float, mass: Array, hessian: bool, res
 
 
 @inline
-def frame_of(state: State, j: int) -> tuple[Vector, Vector, Vector]:
-    """The directors of edge j."""
-    a3, a1 = vector(state.t, 3 * j), vector(state.d1, 3 * j)
-    return a1, cross(a3, a1), a3
-
-
-@inline
 def support_frame(turning: Turning, end: int) -> tuple[Vector, Vector, Vector]:
     """The directors that a support has at no turn."""
     o = 9 * end
@@ -537,9 +672,11 @@ def by_turn(work: Array, p: int, o: int, t: Vector) -> Vector:
 @inline
 def moment_on(turning: Turning, a: tuple[Vector, Vector, Vector], row: Array, end: int) -> Vector:
     """The loads' moment on a ghost of the frame a."""
-    m = sum_of(turning.section_moment, 3 * end, 6, row)
-    dead = sum_of(turning.moment, 3 * end, 6, row)
-    moment: Vector = plus(dead, plus(mix(m[0], a[0], m[1], a[1]), scaled(m[2], a[2])))
+    m = plus(
+        sum_of(turning.section_moment, 3 * end, 6, row),
+        axial(eccentric_in_section(turning.eccentric, 9 * end, 18, a, row)),
+    )
+    moment: Vector = plus(sum_of(turning.moment, 3 * end, 6, row), in_space(a, m))
     return moment
 
 
@@ -568,11 +705,20 @@ def fill_ghost(now: State, turning: Turning, row: Array, end: int, work: Array, 
     store(ghost, SLOPE, slope)
     rows = (by_turn(work, o, o, t), by_turn(work, o + 1, o, t), by_turn(work, o + 2, o, t), by_turn(work, o + 3, o, t))
     along = dot(phi, t)
-    for q in range(3):  # T^T H T + (phi t^T + t phi^T) / 2 - (phi.t) I + K
+    frame = (a1, a2, t)
+    A = (
+        sum_of(turning.eccentric, 9 * end, 18, row),
+        sum_of(turning.eccentric, 9 * end + 3, 18, row),
+        sum_of(turning.eccentric, 9 * end + 6, 18, row),
+    )
+    for q in range(3):  # T^T H T + (phi t^T + t phi^T) / 2 - (phi.t) I + K, and the same of -A_i and the directors
         u = AXIS[q]
         column = plus(cross(t, (rows[0][q], rows[1][q], rows[2][q])), scaled(rows[3][q], t))
         column = plus(column, mix(0.5 * t[q], phi, 0.5 * phi[q], t))
         column = plus(mix(1.0, column, -along, u), symmetric_times(turning.stiffness, 6 * end, u))
+        for k in range(3):
+            column = minus(column, mix(0.5 * frame[k][q], A[k], 0.5 * A[k][q], frame[k]))
+            column = mix(1.0, column, dot(A[k], frame[k]), u)
         store(ghost, MATRIX + 3 * q, column)
     for c in range(turning.free[end]):
         axis = vector(turning.axes, 9 * end + 3 * c)
@@ -780,7 +926,7 @@ def forces(
                 lower, work, stiffness, reaction,
             )  # fmt: skip
         of_loads += add_loads(x, V, f, C, row, i, hessian, residual, lower)
-    of_loads += add_carried(now, V, carried, row, residual)
+    of_loads += add_carried(now, V, carried, row, hessian, residual, lower)
     add_anchors(x, holds, hessian, residual, lower)
     if dot(spin, spin) > 0.0:
         add_coriolis(V, mass, spin, residual)
@@ -1215,7 +1361,10 @@ def tr_bdf2_step(
 
 @jit
 def measures(state: State, V: Array, body: Body, row: Array, result: Array) -> None:
-    """Kinetic energy, bending, twist, stretching, loads' potential; momentum; angular momentum about the origin; supports: (12)."""
+    """Kinetic energy, bending, twist, stretching, loads' potential; momentum; angular momentum about the origin; supports: (12).
+
+    The last of 13 is the part of bending and twist that no spring has; the powers of the loads count it as theirs.
+    """
     x, (f, C) = state.x, body.loads
     result[:] = 0.0
     for i in range(body.rod.l.size + 1):
@@ -1234,4 +1383,5 @@ def measures(state: State, V: Array, body: Body, row: Array, result: Array) -> N
     parts = np.empty(4)
     energy(state, body.rod, body.loads, parts)
     result[1], result[2], result[3] = parts[0], parts[1], 0.0 if body.inextensible else parts[2]
+    add_energy_of_carried(state, body, row, result)
     result[11] = energy_of_supports(state, body)

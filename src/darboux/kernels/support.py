@@ -17,7 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import (
+    Rotation,
     Vector,
+    column,
     cross,
     dot,
     half_product,
@@ -43,8 +45,8 @@ ROW = FREE + SIDES  # of `conditions`: 12 columns, minus the value, minus the de
 # Where the parts of a support's numbers begin. Axes stand one after the other; matrices row by row.
 OUTWARD, HELD, TURNED, GROOVE, SPRUNG = 0, 1, 4, 7, 8  # o; which displacements and rotations are held; two flags
 SLIDING_AXES, TURNING_AXES, LINEAR, ROTATIONAL = 9, 18, 27, 36
-DEAD_FORCE, DEAD_MOMENT, FOLLOWER_FORCE, FOLLOWER_MOMENT = 45, 48, 51, 54  # F, M, p, d
-PLACE, FRAME, PLACE_RATE, FRAME_RATE, NUMBERS = 57, 60, 64, 67, 71  # r0, q0, r0', q0'
+DEAD_FORCE, DEAD_MOMENT, FOLLOWER_FORCE, FOLLOWER_MOMENT, ECCENTRIC = 45, 48, 51, 54, 57  # F, M, p, d, columns of A
+PLACE, FRAME, PLACE_RATE, FRAME_RATE, NUMBERS = 66, 69, 73, 76, 80  # r0, q0, r0', q0'
 
 STEP = 1e-7  # of the unknowns, where derivatives are taken by differences: a groove that turns, a rotational spring
 
@@ -81,6 +83,25 @@ def _spring_moment(support: Array, y: Array) -> Vector:
     return plus(plus(moment, scaled(0.5, first)), scaled(factor, cross(theta, first)))
 
 
+@inline
+def _moment_of_loads(support: Array, R: Rotation) -> Vector:
+    """M + R d + sum d_i x A_i."""
+    moment = plus(vector(support, DEAD_MOMENT), rotate(R, vector(support, FOLLOWER_MOMENT)))
+    for i in range(3):
+        moment = plus(moment, cross(column(R, i), vector(support, ECCENTRIC + 3 * i)))
+    return moment
+
+
+@inline
+def _moment_by_turn(support: Array, R: Rotation, phi: Vector) -> Vector:
+    """How it changes with a small rotation phi in the section's frame: R (phi x d) + sum (R (phi x e_i)) x A_i."""
+    change = rotate(R, cross(phi, vector(support, FOLLOWER_MOMENT)))
+    for i in range(3):
+        arm = rotate(R, cross(phi, vector(UNIT, 3 - i)))
+        change = plus(change, cross(arm, vector(support, ECCENTRIC + 3 * i)))
+    return change
+
+
 @jit
 def values(support: Array, y: Array, load_factor: float, out: Array) -> None:
     """(1), (2) and the prescribed displacements and rotations: out (6,), to be zero at the state y (13,)."""
@@ -88,7 +109,7 @@ def values(support: Array, y: Array, load_factor: float, out: Array) -> None:
     R, R0 = rotation(quaternion(y, ROTATION)), rotation(quaternion(support, FRAME))
     u = minus(vector(y, 0), vector(support, PLACE))
     force = plus(vector(support, DEAD_FORCE), rotate(R, vector(support, FOLLOWER_FORCE)))
-    moment = plus(vector(support, DEAD_MOMENT), rotate(R, vector(support, FOLLOWER_MOMENT)))
+    moment = _moment_of_loads(support, R)
     n = plus(minus(vector(y, FORCE), scaled(o * load_factor, force)), scaled(o, times(support, LINEAR, u)))
     m = minus(vector(y, MOMENT), scaled(o * load_factor, moment))
     if support[SPRUNG] != 0.0:
@@ -143,8 +164,7 @@ def _write_rotations(support: Array, y: Array, load_factor: float, out: Array) -
     o = support[OUTWARD]
     q, q0 = quaternion(y, ROTATION), quaternion(support, FRAME)
     R, R0 = rotation(q), rotation(q0)
-    d = vector(support, FOLLOWER_MOMENT)
-    moment = plus(vector(support, DEAD_MOMENT), rotate(R, d))
+    moment = _moment_of_loads(support, R)
     m = minus(vector(y, MOMENT), scaled(o * load_factor, moment))
     w, x, z, v = _turned(support, FRAME, y, ROTATION)
     relative = turn(q0, quaternion(support, FRAME_RATE))  # how the prescribed frame turns per unit of load factor
@@ -161,7 +181,7 @@ def _write_rotations(support: Array, y: Array, load_factor: float, out: Array) -
                 e = vector(UNIT, 3 - a)
                 db = rotate(R, cross(e, material))
                 if i == 1:
-                    out[row + 3 + a] = o * load_factor * dot(b, rotate(R, cross(d, e))) + dot(m, db)
+                    out[row + 3 + a] = dot(m, db) - o * load_factor * dot(b, _moment_by_turn(support, R, e))
                     out[row + 9 + a] = b[a]
                 else:
                     out[row + 3 + a] = dot(first, db)
@@ -177,7 +197,7 @@ def _write_rotations(support: Array, y: Array, load_factor: float, out: Array) -
         else:
             for a in range(3):
                 e = vector(UNIT, 3 - a)
-                out[row + 3 + a] = o * load_factor * dot(axis, rotate(R, cross(d, e)))
+                out[row + 3 + a] = -o * load_factor * dot(axis, _moment_by_turn(support, R, e))
                 out[row + 9 + a] = axis[a]
             out[row + FREE + 1] = o * dot(axis, moment)
 

@@ -117,9 +117,9 @@ SUPPORTS = (
 )
 LOADS = (
     _shape("Gravity", g=_of(vector, "m/s^2")),
-    _shape("EndForce", "force", force=_of(vector, "N"), at=AT_END, follower=YES_OR_NO),
+    _shape("EndForce", "force", force=_of(vector, "N"), at=AT_END, follower=YES_OR_NO, offset=POSITION),
     _shape("EndMoment", "moment", moment=_of(vector, "N m"), at=AT_END, follower=YES_OR_NO),
-    _shape("PointForce", "force at", force=_of(vector, "N"), at=LENGTH, follower=YES_OR_NO),
+    _shape("PointForce", "force at", force=_of(vector, "N"), at=LENGTH, follower=YES_OR_NO, offset=POSITION),
     _shape("PointMoment", "moment at", moment=_of(vector, "N m"), at=LENGTH, follower=YES_OR_NO),
     _shape("LineForce", "force", force=_of(vector_along, "N/m"), frame=FRAMES),
     _shape("LineCouple", "couple", couple=_of(vector_along, "N"), frame=FRAMES),

@@ -330,7 +330,7 @@ class Equations:
         stations = [int(i) - k for k, i in enumerate(mesh.joints)]  # a joint is one node here
         conditions = [self.start, *(c for _, c in self.stations), self.end]
         held = {
-            i: Held.by(c.support, q[i], c.stiffness)
+            i: Held.by(c.support, q[i], c.stiffness_at(q[i], load_factor))
             for i, c in zip([0, *stations, mesh.elements], conditions, strict=True)
         }
         return stability.second_variation(T, held, force)

@@ -161,7 +161,7 @@ class DiscreteRod:
             load_factor=path.load_factor,
             index=path.index,
             lowest_modes=partial(discrete_modes.modes, chain, shape, path.load_factor),
-            elastic_parts=discrete_fields.elastic_parts(chain, shape),
+            elastic_parts=discrete_fields.elastic_parts(chain, shape, path.load_factor),
             statistics={
                 "seconds": time.perf_counter() - began,
                 "load_steps": path.steps,

@@ -54,6 +54,8 @@ class ChainBranch:
             arguments: Any = (shape.state, *(part.ravel() for part in following), self.gradient, self.general)
             discrete_rod.add_couples(shape.state, following.M.ravel(), self.gradient, self.general)
             discrete_rod.add_edge_loads(*arguments)
+        elif self.chain.points:
+            self.chain.add_eccentric(shape, load_factor, self.gradient, self.lower)
         return energy + self.chain.energy_of_supports(shape, load_factor)
 
     def hold(self, shape: Shape, load_factor: float) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod
+from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import Elasticity, Loads, State
 from darboux.kernels.rod_equations import (
     BINV,
@@ -33,7 +34,7 @@ from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium, Ring
 from darboux.statics import coefficients, hanging_chain, stability
 from darboux.statics.coefficients import Scale
-from darboux.statics.discrete_ends import Block, End
+from darboux.statics.discrete_ends import Block, End, cross_matrix
 from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, circle
 from darboux.statics.laying import laid
@@ -69,6 +70,48 @@ class EdgeLoads(NamedTuple):
     M: Array  # (N + 2, 3)
     M_r: Array  # (N + 2, 3, 3)
     M_phi: Array
+
+
+class PointLoad(NamedTuple):
+    """What acts at a vertex between the ends and depends on the section's frame, dimensionless.
+
+    The edges that meet there share it, each by the other's length. A moment makes the curvature jump, so that the section's
+    frame is that of both, in the mean, turned by u = c mu, with mu the whole moment in the section's frame.
+    """
+
+    edges: Array  # (2,) whole numbers: in front of the vertex and behind it
+    share: Array  # (2,)
+    c: Array  # (3, 3) C l_a l_b / 2 (l_a + l_b)
+    force: Array  # (3,) of followers, section's frame
+    couple: Array
+    dead: Array  # (3,) dead moment, fixed frame
+    eccentric: Array  # (3, 3) A, fixed frame by columns
+
+    def moment(self, R: Array, load_factor: float) -> Array:
+        """Return mu (3,) on an edge of the frame R."""
+        return np.asarray(load_factor * (self.couple + R.T @ self.dead + _axial(R.T @ self.eccentric)))
+
+    def energy(self, R: Array, load_factor: float) -> float:
+        """Return the potential -R : A - 1/2 m.c m of the eccentric forces on an edge of the frame R, m their moment."""
+        G = load_factor * R.T @ self.eccentric
+        m = _axial(G)
+        return -float(np.trace(G) + 0.5 * m @ self.c @ m)
+
+    def on_edge(self, R: Array, load_factor: float) -> tuple[Array, Array, Array, Array]:
+        """Return force and couple on an edge of the frame R, fixed frame, each with its derivative by a small rotation of it.
+
+        With G = R^T A, m its axial vector, K = G - tr(G) = dm/dpsi and psi a rotation in the section's frame
+
+            R^T F = p + u x p,   R^T M = d + u x d + m + K^T u
+        """
+        p, d = load_factor * self.force, load_factor * self.couple
+        G, q = load_factor * R.T @ self.eccentric, load_factor * R.T @ self.dead
+        m, K = _axial(G), G - np.trace(G) * np.eye(3)
+        u, by_turn = self.c @ (d + q + m), self.c @ (cross_matrix(q) + K)
+        force, couple = p + np.cross(u, p), d + np.cross(u, d) + m + K.T @ u
+        dp = -cross_matrix(p) @ by_turn - cross_matrix(force)
+        dd = (K.T - cross_matrix(d)) @ by_turn + K - G.T @ cross_matrix(u) - np.outer(u, m) - cross_matrix(couple)
+        return R @ force, R @ dp @ R.T, R @ couple, R @ dd @ R.T
 
 
 class Chain:
@@ -132,26 +175,26 @@ class Chain:
         self.C = _ghosted(_six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None])
         spread = self.l[:, None]
         self.couples = on_edges[:, DEAD_MOMENT : DEAD_MOMENT + 3] * spread
-        # Of followers in the section's frame: what grows with the load factor, and what grows with its square.
-        self.section_force, self.section_couple = np.zeros((2, len(self.l), 2, 3)), np.zeros((2, len(self.l), 3))
-        self.section_force[0] = 0.5 * (on_edges[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread)[:, None]
-        self.section_couple[0] = on_edges[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] * spread
+        self.section_force = 0.5 * (on_edges[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread)[:, None].repeat(
+            2, axis=1
+        )
+        self.section_couple = on_edges[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] * spread
         self.distributed = self.f.copy()
         for at, i in (("start", 1), ("end", -2)):
             self.f[i] += self.problem.end_load(at).force / self.scale.force
+        self.points: list[PointLoad] = []
         for s, load in self.problem.points.items():
             i = self.vertex(s)
             share = self.l[[i, i - 1]] / (self.l[i - 1] + self.l[i])  # of the edges in front of it and behind it
             self.f[i] += load.force / self.scale.force
             self.couples[[i - 1, i]] += share[:, None] * load.moment / self.scale.moment
-            p, d = load.section_force / self.scale.force, load.section_moment / self.scale.moment
-            # The curvature jumps by C d, so that the edges' mean frame is turned by half of l_a l_b / (l_a + l_b) of it.
             c = coefficients.columns(self.problem, self.scale, self.nodes[i - 1 : i])[:, BINV : BINV + 6]
-            turn = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0] @ d
-            for power, vectors in enumerate(((p, d), (np.cross(turn, p), np.cross(turn, d)))):
-                self.section_force[power][[i - 1, i], [1, 0]] += share[:, None] * vectors[0]
-                self.section_couple[power][[i - 1, i]] += share[:, None] * vectors[1]
-        loads = sum(float(np.sum(np.abs(part))) for part in (self.f, self.C, self.section_force))
+            c = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0]
+            edges, dead = np.array([i - 1, i]), load.moment / self.scale.moment
+            p, d = load.section_force / self.scale.force, load.section_moment / self.scale.moment
+            self.points.append(PointLoad(edges, share, c, p, d, dead, load.eccentric / self.scale.moment))
+        followers = [self.section_force, *(point.force for point in self.points)]
+        loads = sum(float(np.sum(np.abs(part))) for part in (self.f, self.C, *followers))
         self.penalty = PENALTY + (PENALTY_OF_LOADS if self.cable is None else PENALTY_OF_CABLE) * loads
         self.EA = np.full(self.edges + 2, self.penalty)
         if self.problem.rod.stretch:
@@ -195,13 +238,18 @@ class Chain:
     def edge_loads(self, shape: Shape, load_factor: float) -> EdgeLoads:
         """Return the loads that follow the shape, with their derivatives; the dead couples among M."""
         R = self.frames(shape)
-        force, couple = (
-            load_factor * (part[0] + load_factor * part[1]) for part in (self.section_force, self.section_couple)
-        )
+        force, couple = load_factor * self.section_force, load_factor * self.section_couple
         F, M = np.einsum("nij,nkj->nki", R, force), np.einsum("nij,nj->ni", R, couple)
         loads = EdgeLoads(
             F, np.zeros((*F.shape, 3)), -_cross_matrices(F), M, np.zeros((*M.shape, 3)), -_cross_matrices(M)
         )
+        for point in self.points:
+            for j, share, vertex in zip(point.edges, point.share, (1, 0), strict=True):
+                own = point.on_edge(R[j], load_factor)
+                for part, value in zip((loads.F, loads.F_phi), own[:2], strict=True):
+                    part[j, vertex] += share * value
+                for part, value in zip((loads.M, loads.M_phi), own[2:], strict=True):
+                    part[j] += share * value
         for load in self.problem.of_shape:
             self._add_of_shape(load, shape, R, load_factor, loads)
         loads.M[:] += load_factor * self.couples
@@ -273,10 +321,22 @@ class Chain:
         chord = x[-1] - x[0]
         chord /= np.linalg.norm(chord) if np.any(chord) else 1.0
         turn = orientation @ R[at].T if orientation.shape == (3, 3) else smallest_rotation(chord, orientation)
-        hung = hanging(self.problem, (x - x[i]) @ turn.T, self.f[1:-1])
+        arms, forces = self._pulls((x - x[i]) @ turn.T, turn @ R)
+        hung = hanging(self.problem, arms, forces)
         turn = turn if hung is None else hung @ turn
         x = (x - x[i]) @ turn.T + (np.array(support.position) - self.scale.origin) / self.scale.length
         return x, turn @ R, np.concatenate([[0.0], rest[:, 2], [0.0]])
+
+    def _pulls(self, x: Array, R: Array) -> tuple[Array, Array]:
+        """Return arms and dead forces (n, 3): x (N + 1, 3); of those off the centre the directors of R (N + 2, 3, 3), and A."""
+        eccentric = [
+            (R[k], self.problem.end_load(at).eccentric / self.scale.moment) for at, k in (("start", 0), ("end", -1))
+        ]
+        eccentric += [(np.tensordot(point.share, R[point.edges], 1), point.eccentric) for point in self.points]
+        return (
+            np.concatenate([x, *(frame.T for frame, _ in eccentric)]),
+            np.concatenate([self.f[1:-1], *(A.T for _, A in eccentric)]),
+        )
 
     def _circle(self, ring: Ring) -> tuple[Array, Array, Array]:
         """Return vertices, frames and twists of a ring's regular polygon, whose sections turn evenly by the link."""
@@ -453,8 +513,12 @@ class Chain:
         return result
 
     def energy_of_supports(self, shape: Shape, load_factor: float) -> float:
-        """Return the energy of springs and grooves."""
-        energy = 0.0
+        """Return the energy of springs, grooves and eccentric forces."""
+        energy, R = 0.0, self.frames(shape) if self.points else np.empty(0)
+        for point in self.points:
+            energy += sum(
+                share * point.energy(R[j], load_factor) for j, share in zip(point.edges, point.share, strict=True)
+            )
         for end, k, x, R in self._ends(shape.state) if any(end.stores for end in self.ends) else ():
             energy += end.energy(x, R, shape.reactions[k], self.penalty)
         x = shape.state.x.reshape(-1, 3)
@@ -462,6 +526,30 @@ class Chain:
             u = x[i] - conditions.pose(load_factor)[0]
             energy += 0.5 * float(u @ conditions.stiffness[:3, :3] @ u)
         return energy
+
+    def add_eccentric(self, shape: Shape, load_factor: float, gradient: Array, lower: Array) -> None:
+        """Add gradient and Hessian of the eccentric forces between the ends, where all loads have a potential.
+
+        The couple M of an edge, which depends on its frame by dM/dphi, adds what `discrete_rod.add_couples` and
+        `add_edge_loads` do, here symmetric.
+        """
+        R, x = self.frames(shape), shape.state.x.reshape(-1, 3)
+        for point in self.points:
+            for j, share in zip(point.edges, point.share, strict=True):
+                _, _, M, by_turn = point.on_edge(R[j], load_factor)
+                t, M, by_turn, r = R[j, :, 2], share * M, share * by_turn, 1.0 / np.linalg.norm(x[j + 1] - x[j])
+                own, along = r * cross_matrix(t), float(M @ t)
+                by_edge = own @ by_turn @ own + r * r * (
+                    0.5 * along * cross_matrix(t) - cross_matrix(M) @ (np.eye(3) - 2.0 * np.outer(t, t))
+                )
+                edge_angle, force = own @ by_turn @ t, own @ M
+                H = np.zeros((7, 7))
+                H[:3, :3] = H[4:, 4:] = by_edge
+                H[4:, :3] = -by_edge
+                H[3, :3], H[4:, 3], H[3, 3] = -edge_angle, edge_angle, -t @ by_turn @ t
+                p, q = np.tril_indices(7)
+                lower[LOWER * (4 * j + q) + p - q] += H[p, q]
+                gradient[4 * j : 4 * j + 7] += np.concatenate([-force, [-along], force])
 
     def lend(self, load_factor: float) -> None:
         """Let a rod that is held twice stretch on the way, less and less."""
@@ -485,6 +573,11 @@ class Chain:
     def turn(self, step: Array) -> float:
         """Return the largest turn of an edge in a packed step, or its largest displacement; not a number if one is none."""
         return float(discrete_rod.largest_turn(self.l, step))
+
+
+def _axial(G: Array) -> Array:
+    """Return the sum of e_i x g_i (3,), g_i the columns of G (3, 3)."""
+    return np.array([G[2, 1] - G[1, 2], G[0, 2] - G[2, 0], G[1, 0] - G[0, 1]])
 
 
 def _ghosted(values: Array) -> Array:

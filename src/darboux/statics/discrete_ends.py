@@ -7,8 +7,8 @@ exponential chart, R -> exp([phi]_x) R) and the ghost's length, which is held:
     d(ghost vertex) = dx + o l (phi x t + phi x (phi x t) / 2)        d(theta) = phi.t
 
 Along and about the support's axes each of these is an unknown of the band or is held. Springs add their energy; a groove
-that turns with the section adds a penalty and a multiplier for what it holds, (R a).(x - p) = 0; moments and
-followers, which have no energy, add their residual and its unsymmetric tangent.
+that turns with the section adds a penalty and a multiplier for what it holds, (R a).(x - p) = 0; eccentric forces add their
+potential -R : A; moments and followers, which have no energy, add their residual and its unsymmetric tangent.
 """
 
 from __future__ import annotations
@@ -79,6 +79,7 @@ class End:
         self.moment = load.moment / scale.moment
         self.section_force = load.section_force / scale.force
         self.section_moment = load.section_moment / scale.moment
+        self.eccentric = load.eccentric / scale.moment
         self.block = Block(unknowns, 0 if at == "start" else unknowns - 7, 7)
         # Where the ghost vertex, its angle (or its length) and the vertex stand among the seven. phi takes the ghost's place.
         self.far, self.angle, self.near = (
@@ -89,7 +90,7 @@ class End:
         self.places = any(support.held_displacement) or support.linear is not None
         self.rigid = bool(np.all(self.fixed))
         sprung = support.linear is not None or support.rotational is not None
-        self.stores = sprung or self.groove  # energy
+        self.stores = sprung or self.groove or bool(np.any(self.eccentric))  # energy
         acting = np.any(self.moment) or np.any(self.section_force) or np.any(self.section_moment)
         self.bare = not (self.stores or acting or self.universal)  # it adds nothing
         self.at(0.0)
@@ -172,8 +173,8 @@ class End:
         return across @ u, np.hstack([np.cross(across, u), across]), across
 
     def energy(self, x: Array, R: Array, reaction: Array, penalty: float) -> float:
-        """Return the energy of the springs, and of the groove with the multipliers ``reaction``."""
-        energy, u = 0.0, x - self.position
+        """Return the energy of springs and eccentric forces, and of the groove with the multipliers ``reaction``."""
+        energy, u = -self.load_factor * float(np.sum(R * self.eccentric)), x - self.position
         if self.support.linear is not None:
             energy += 0.5 * float(u @ self.conditions.stiffness[:3, :3] @ u)
         if self.support.rotational is not None:
@@ -185,7 +186,7 @@ class End:
         return energy
 
     def terms(self, x: Array, R: Array, reaction: Array, penalty: float) -> Terms:
-        """Return what springs, groove, moments and followers add."""
+        """Return what springs, groove, eccentric forces, moments and followers add."""
         g, H, u = np.zeros(6), np.zeros((6, 6)), x - self.position
         K, k = self.conditions.stiffness[:3, :3], self.conditions.stiffness[3:, 3:]
         if self.support.linear is not None:
@@ -202,6 +203,9 @@ class End:
             H[DX, PHI] -= cross_matrix(F)
             H[PHI, DX] += cross_matrix(F)
             H[PHI, PHI] += turned_twice(F, u)
+        for d, A in zip(R.T, self.load_factor * self.eccentric.T, strict=True):
+            g[PHI] -= frames.cross(d, A)
+            H[PHI, PHI] -= turned_twice(A, d)
         moment, force = self.load_factor * self.moment, self.load_factor * (R @ self.section_force)
         turning = self.load_factor * (R @ self.section_moment)
         g[PHI] -= moment + turning

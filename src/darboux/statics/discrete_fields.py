@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import discrete_rod
-from darboux.loads import EndLoad, LineForce
+from darboux.loads import LineForce
 from darboux.statics import coefficients
 from darboux.statics.discrete_chain import Chain, EdgeLoads, Shape, symmetric
 
@@ -36,20 +36,33 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     nodes = np.clip(chain.nodes, 0.0, 1.0)  # a ring's reach beyond
     c = coefficients.columns(chain.problem, chain.scale, nodes)
     c[:, coefficients.LOADS] *= load_factor
-    q = _quaternions(chain, R)
+    q = _quaternions(chain, R, load_factor)
     y = np.concatenate([x, q, n, m], axis=1)[twice]
-    for i, load in zip(stations, (load for _, load in chain.problem.stations.values()), strict=True):
-        _part(chain, i, load, load_factor, n_edges, y[behind[i] : behind[i] + 2])
+    for i in stations:
+        _part(chain, i, load_factor, n_edges, y[behind[i] : behind[i] + 2])
+    for point in chain.points:  # the couple on each edge acts between its springs
+        for side, j, share in zip((0, 1), point.edges, point.share, strict=True):
+            couple = share * (load_factor * point.dead + point.on_edge(R[j], load_factor)[2])
+            y[behind[point.edges[0]] + side, 10:13] += (1 - 2 * side) * couple
     dy = coefficients.slopes(c[twice], y)
     for shaped in chain.problem.of_shape:
         _add_slopes(chain, shaped, load_factor, nodes[twice], y, dy)
     return chain.scale.curve(nodes[twice], y, dy)
 
 
-def elastic_parts(chain: Chain, shape: Shape) -> tuple[float, float, float]:
-    """Return the energies of bending, twist and stretch in J: of the springs and the edges."""
+def elastic_parts(chain: Chain, shape: Shape, load_factor: float) -> tuple[float, float, float]:
+    """Return the energies of bending, twist and stretch in J: of the springs and the edges, and beside moments at points.
+
+    There the spring has the mean curvature of both sides; that they differ by it stores mu.u / 2, see `PointLoad`.
+    """
     parts = np.empty(4)
     discrete_rod.energy(shape.state, chain.elasticity(shape.T), chain.loads(0.0), parts)
+    R = chain.frames(shape)
+    for point in chain.points:
+        for j, share in zip(point.edges, point.share, strict=True):
+            mu = point.moment(R[j], load_factor)
+            stored = 0.5 * share * mu * (point.c @ mu)
+            parts[:2] += stored[0] + stored[1], stored[2]
     bending, twist, stretch = (float(part) * chain.scale.moment for part in parts[:3])
     return bending, twist, 0.0 if chain.inextensible else stretch
 
@@ -65,24 +78,30 @@ def _add_slopes(chain: Chain, load: Any, load_factor: float, nodes: Array, y: Ar
         dy[:, 10:13] -= value / scale.force
 
 
-def _part(chain: Chain, i: int, load: EndLoad, load_factor: float, n: Array, y: Array) -> None:
-    """Part a station's force and moment: y (2, 13) in front of it and behind it."""
+def _part(chain: Chain, i: int, load_factor: float, n: Array, y: Array) -> None:
+    """Part a station's force: y (2, 13) in front of it and behind it."""
     a, b = chain.l[i : i + 2] / (chain.l[i] + chain.l[i + 1])
-    R = frames.matrix_of_quaternion(y[0, 3:7])
     force = load_factor * chain.distributed[i + 1]
     y[0, 7:10], y[1, 7:10] = n[i - 1] - a * force, n[i] + b * force
-    moment = load_factor * (load.moment + R @ load.section_moment) / chain.scale.moment
-    y[0, 10:13] += b * moment
-    y[1, 10:13] -= a * moment
 
 
-def _quaternions(chain: Chain, R: Array) -> Array:
-    """Return the frames at the vertices: between those of the edges' middles on either side, and at the ends the ghosts'."""
+def _quaternions(chain: Chain, R: Array, load_factor: float) -> Array:
+    """Return the frames at the vertices: between those of the edges' middles on either side, and at the ends the ghosts'.
+
+    Where a moment acts, the section's frame is turned against the mean; see `PointLoad`.
+    """
     q = frames.same_sign(frames.quaternion_of_matrix(R))
     l = chain.l[1:-1]
     share = np.concatenate([[1.0], l[1:] / (l[:-1] + l[1:]), [0.0]])[:, None]
     between = share * q[:-1] + (1.0 - share) * q[1:]
-    return frames.same_sign(between / np.linalg.norm(between, axis=1, keepdims=True))
+    between /= np.linalg.norm(between, axis=1, keepdims=True)
+    for point in chain.points:
+        i = point.edges[0]
+        mean = frames.matrix_of_quaternion(between[i])
+        between[i] = frames.product(
+            between[i], frames.quaternion_of_turn((point.c @ point.moment(mean, load_factor))[None])[0]
+        )
+    return frames.same_sign(between)
 
 
 def _forces(chain: Chain, x: Array, loads: EdgeLoads, load_factor: float, gradient: Array) -> tuple[Array, Array]:

@@ -30,8 +30,8 @@ class Elastica:
         (B (theta' - k0))' = n_x sin(theta) - n_y cos(theta) - l,     n(s) = n(L) + int_s^L f
 
     States: rods clamped at one end or both, in any plane of space, that neither stretch nor shear; dead forces in the
-    plane, couples and moments normal to it; stiffness and natural curvature that may vary along s. The answer is on
-    the branch that starts at the unloaded rod. Accuracy: 1e-12 of the length as a rule.
+    plane, also off the end's centre, couples and moments normal to it; stiffness and natural curvature that may vary along s.
+    The answer is on the branch that starts at the unloaded rod. Accuracy: 1e-12 of the length as a rule.
 
     Argument: ``rtol``, the allowed error of the tip relative to the length, from 1e-12 to 1e-3.
     Sources: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed. 1927, art. 260-263;
@@ -83,7 +83,7 @@ class Elastica:
 def unstable_in_plane(plane: PlaneProblem, found: PlaneSolution) -> int | None:
     """Return the number of directions in the plane that lower the energy; None where both ends are held.
 
-        d^2 E = int B eta'^2 + (n_x cos(theta) + n_y sin(theta)) eta^2 ds,     eta(0) = 0
+        d^2 E = int B eta'^2 + (n_x cos(theta) + n_y sin(theta)) eta^2 ds - dM/dtheta eta^2 at the end,     eta(0) = 0
 
     The negative eigenvalues of its matrix on linear elements are counted; the grid blurs only loads within about
     1e-6 of a critical one.
@@ -96,7 +96,7 @@ def unstable_in_plane(plane: PlaneProblem, found: PlaneSolution) -> int | None:
     tension = at.n[:, 0] * np.cos(at.theta) + at.n[:, 1] * np.sin(at.theta)
     stiffness = plane.data((edges[1:] + edges[:-1]) / 2.0).B / h
     diagonal = stiffness + np.append(stiffness[1:], 0.0) + h * tension
-    diagonal[-1] -= h * tension[-1] / 2.0
+    diagonal[-1] -= h * tension[-1] / 2.0 + found.load * plane.moment_at_end(at.theta[-1])[1]
     lowest = min(float(np.min(diagonal) - 2.0 * np.max(stiffness)), 0.0) - 1.0  # Gershgorin
     return len(eigvalsh_tridiagonal(diagonal, -stiffness[1:], select="v", select_range=(lowest, 0.0)))
 

@@ -121,8 +121,7 @@ def carried(theta: Array, kappa: Array, force: Array, h: Array) -> tuple[Array, 
 class Pieces:
     """A clamped rod in ``count`` equal pieces, as a system for the branch: u = (theta_0 .., kappa_0 .., load)."""
 
-    force: Array  # at full load, on the free end
-    moment: float
+    plane: PlaneProblem
     natural: float
     count: int
 
@@ -130,13 +129,20 @@ class Pieces:
     def of(cls, plane: PlaneProblem) -> Pieces:
         """Return the fewest pieces with max(w, q) h <= 1 at every load up to the full one."""
         natural = float(plane.data(np.zeros(1)).k0[0])
-        tip = abs(natural) + abs(plane.end_moment)  # the largest curvature of the free end on the way
+        tip = (
+            abs(natural) + abs(plane.end_moment) + float(np.hypot(*plane.off_centre))
+        )  # the largest curvature of the free end
         rate = np.sqrt(float(np.hypot(*plane.end_force)) + tip**2 / 4.0)
-        return cls(plane.end_force, plane.end_moment, natural, max(1, int(np.ceil(rate))))
+        return cls(plane, natural, max(1, int(np.ceil(rate))))
 
     def halved(self) -> Pieces:
         """Return the same rod in twice as many pieces."""
-        return Pieces(self.force, self.moment, self.natural, 2 * self.count)
+        return Pieces(self.plane, self.natural, 2 * self.count)
+
+    @property
+    def force(self) -> Array:
+        """The force (2,) on the free end at full load."""
+        return self.plane.end_force
 
     @property
     def nodes(self) -> Array:
@@ -171,7 +177,7 @@ class Pieces:
         """G(u): the clamp, (1) on every piece, the free end."""
         theta, kappa, load = self._split(u)
         ends = self._ends(theta[:-1], kappa[:-1], load)
-        free = kappa[-1] - self.natural - load * self.moment
+        free = kappa[-1] - self.natural - load * self.plane.moment_at_end(theta[-1])[0]
         return np.concatenate([[theta[0]], theta[1:] - ends[0], kappa[1:] - ends[1], [free]])
 
     def jacobian(self, u: Array) -> sparse.csc_matrix:
@@ -191,7 +197,9 @@ class Pieces:
             entries.add(rows, kappa_at, -by_kappa[ends])
             entries.add(rows, 2 * n + 2, -by_load[ends])
         entries.add([0, 2 * n + 1], [0, 2 * n + 1], 1.0)
-        entries.add(2 * n + 1, 2 * n + 2, -self.moment)
+        moment, by_angle = self.plane.moment_at_end(theta[-1])
+        entries.add(2 * n + 1, n, -load * by_angle)
+        entries.add(2 * n + 1, 2 * n + 2, -moment)
         return entries.matrix(2 * n + 2, 2 * n + 3)
 
     def refined(self, u: Array, tolerance: float) -> None:

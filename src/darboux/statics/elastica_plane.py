@@ -86,8 +86,9 @@ class PlaneProblem:
     """A planar problem: a rod clamped at s = 0 with the tangent along x, its other end free or held.
 
     ``sign`` is -1 where s runs against the rod's own; ``normal`` is e, ``base`` (3, 2) holds the axes x and y,
-    ``R0`` the clamp's frame and ``origin`` its place; ``end_force`` (2,) and ``end_moment`` act on the free end;
-    ``end_pose`` is (x, y, theta) of a held end or None; ``breaks`` are the kinks of the data.
+    ``R0`` the clamp's frame and ``origin`` its place; ``end_force`` (2,) and ``end_moment`` act on the free end, ``off_centre``
+    (2,) are e x F and e . F of forces that act at an offset e from it, where it has not turned; ``end_pose`` is (x, y, theta) of
+    a held end or None; ``breaks`` are the kinks of the data.
     """
 
     problem: Equilibrium
@@ -100,6 +101,7 @@ class PlaneProblem:
     stiffness: float
     end_force: Array
     end_moment: float
+    off_centre: Array
     end_pose: tuple[float, float, float] | None
     breaks: tuple[float, ...]
 
@@ -124,6 +126,12 @@ class PlaneProblem:
             f=loads.a @ self.base * (self.length**2 / unit),
             l=loads.la @ self.normal * (self.length / unit),
         )
+
+    def moment_at_end(self, theta: float) -> tuple[float, float]:
+        """Return the moment on the free end at an angle, and its derivative by it: (R e) x F = (e x F) cos - (e . F) sin."""
+        across, along = self.off_centre
+        cos, sin = np.cos(theta), np.sin(theta)
+        return float(self.end_moment + across * cos - along * sin), float(-across * sin - along * cos)
 
     @cached_property
     def end_loaded_arc(self) -> bool:
@@ -189,14 +197,15 @@ class PlaneProblem:
 class SpaceData(NamedTuple):
     """What decides on the plane, fixed frame, without dimensions: (n, 3) each.
 
-    ``bent`` (the natural curvature) and ``couples`` must lie along the plane's normal, ``forces`` and ``held`` (place
-    and tangent of the clamp at s = length) in the plane.
+    ``bent`` (the natural curvature) and ``couples`` must lie along the plane's normal, ``forces``, ``held`` (place
+    and tangent of the clamp at s = length) and ``offsets`` (A R0^T = sum F (R0 e)^T) in the plane.
     """
 
     bent: Array
     couples: Array
     forces: Array
     held: Array
+    offsets: Array
 
     @property
     def scale(self) -> float:
@@ -210,12 +219,14 @@ class SpaceData(NamedTuple):
             "the couples and end moments bend it": np.cross(self.couples, normal),
             "the forces point": self.forces @ normal,
             "the clamp at s = length lies or points": self.held @ normal,
+            "a force acts": self.offsets @ normal,
         }
         return {what: float(np.max(np.abs(amount))) for what, amount in amounts.items()}
 
     def normal(self, tangent: Array, default: Array) -> Array:
         """Return the plane's unit normal from the largest of the data that fix it; the default where none does."""
-        candidates = np.vstack([self.bent, self.couples, np.cross(tangent, self.forces), np.cross(tangent, self.held)])
+        across = [np.cross(tangent, self.forces), np.cross(tangent, self.held), np.cross(np.eye(3), self.offsets.T)]
+        candidates = np.vstack([self.bent, self.couples, *across])
         best = candidates[np.argmax(np.linalg.norm(candidates, axis=1))]
         across = best - (best @ tangent) * tangent
         size = float(np.linalg.norm(across))
@@ -240,6 +251,7 @@ def plane_of(problem: Equilibrium) -> PlaneProblem:
         couples=np.vstack([loads.la * L, tip.moment]) * (L / EI),
         forces=np.vstack([loads.a * L, tip.force]) * (L**2 / EI),
         held=np.vstack([(np.array(problem.end.position) - origin) / L, problem.end.R[:, 2]]) * both_held,
+        offsets=tip.eccentric @ R0.T * (L / EI),
     )
     weaker = 0 if np.sum(stiffness.EI1) <= np.sum(stiffness.EI2) else 1
     normal = data.normal(tangent, default=R0[:, weaker])
@@ -265,6 +277,7 @@ def plane_of(problem: Equilibrium) -> PlaneProblem:
 
     unit = float((stiffness.EI1, stiffness.EI2)[axis][0])
     base = np.column_stack([tangent, np.cross(normal, tangent)])
+    arms = base.T @ R0 @ tip.eccentric.T @ base  # sum e F^T
     return PlaneProblem(
         problem=problem,
         sign=sign,
@@ -276,6 +289,7 @@ def plane_of(problem: Equilibrium) -> PlaneProblem:
         stiffness=unit,
         end_force=tip.force @ base * (L**2 / unit),
         end_moment=float(tip.moment @ normal) * (L / unit),
+        off_centre=np.array([arms[0, 1] - arms[1, 0], np.trace(arms)]) * (L / unit),
         end_pose=_end_pose(problem, normal, base, float(np.mean(data.bent @ normal))) if both_held else None,
         breaks=tuple(sorted(b / L if sign > 0.0 else 1.0 - b / L for b in places)),
     )

@@ -32,7 +32,7 @@ class EndConditions:
     """
 
     def __init__(self, support: Support, load: EndLoad, outward: float, scale: Scale) -> None:
-        self.support = support
+        self.support, self.load, self.scale = support, load, scale
         self.position = (np.array(support.position) - scale.origin) / scale.length
         self.q = frames.quaternion_of_matrix(support.R)
         self.twist = support.twist
@@ -48,6 +48,7 @@ class EndConditions:
         axes = [support.displacement_axes.T.ravel(), support.rotation_axes.T.ravel()]
         loads = [load.force / scale.force, load.moment / scale.moment]
         loads += [load.section_force / scale.force, load.section_moment / scale.moment]
+        loads.append(load.eccentric.T.ravel() / scale.moment)
         parts = [np.array(flags, dtype=float), *axes, linear.ravel(), rotational.ravel(), *loads]
         self._numbers = np.concatenate([*parts, np.zeros(kernel.NUMBERS - kernel.PLACE)])
         self._posed = np.nan  # the load factor of the pose among the numbers
@@ -92,6 +93,13 @@ class EndConditions:
         out = np.empty(CONDITIONS)
         kernel.values(self._at(load_factor), y, load_factor, out)
         return out
+
+    def stiffness_at(self, q: Array, load_factor: float) -> Array:
+        """Return the second derivative (6, 6) of the energy of springs and eccentric forces where the quaternion is q (4,)."""
+        by_turn = self.load.moment_by_turn(frames.matrix_of_quaternion(q)) * (load_factor / self.scale.moment)
+        result = self.stiffness.copy()
+        result[TURN, TURN] -= 0.5 * (by_turn + by_turn.T)
+        return result
 
     def joint(self, before: Array, behind: Array, load_factor: float) -> Array:
         """Return the twelve equations of a station between the states before it and behind it (13,).

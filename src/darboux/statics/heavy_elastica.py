@@ -254,7 +254,7 @@ class Elements:
             G[at] = u[at] - u[left[:-1], None] - self._integrated(rate)
         G[0] = u[0]
         if not self.held:
-            G[1] = u[end + 1] - self.leg.loads(u[-1]) * self.plane.end_moment
+            G[1] = u[end + 1] - self.leg.loads(u[-1]) * self.plane.moment_at_end(u[end])[0]
             return G
         x, y, turn = self.leg.pose(u[-1])
         G[1] = u[end] - turn
@@ -282,7 +282,9 @@ class Elements:
         entries.add(0, 0, 1.0)
         if not self.held:
             entries.add(1, end + 1, 1.0)
-            entries.add(1, load, -growth * self.plane.end_moment)
+            moment, by_angle = self.plane.moment_at_end(u[end])
+            entries.add(1, end, -self.leg.loads(u[-1]) * by_angle)
+            entries.add(1, load, -growth * moment)
         else:
             speed = self.leg.stop - self.leg.start
             weights = self.width[:, None] * W / 2.0

@@ -96,7 +96,10 @@ def too_many_turns(problem: Equilibrium, method: str, most: float) -> str | None
     loads, stiffness = problem.distributed(s), problem.rod.stiffness(s)
     softest = float(min(np.min(stiffness.EI1), np.min(stiffness.EI2), np.min(stiffness.GJ)))
     at_points = [problem.end_load("start"), problem.end_load("end"), *problem.points.values()]
-    moments = [float(np.linalg.norm(load.moment) + np.linalg.norm(load.section_moment)) for load in at_points]
+    moments = [
+        float(sum(np.linalg.norm(part) for part in (load.moment, load.section_moment, load.eccentric)))
+        for load in at_points
+    ]
     moments += [L * float(np.max(np.linalg.norm(couple, axis=1))) for couple in (loads.la, loads.lb)]
     turned = max(moments) * L / softest
     if turned <= most:
@@ -128,7 +131,7 @@ def too_large(problem: Equilibrium, method: str, limit: float) -> str | None:
     EI = float(np.exp(np.mean(np.log(stiffness.EI1) + np.log(stiffness.EI2)) / 2.0))
     ends = [problem.end_load(at) for at in ("start", "end")]
     per_length = [(loads.a, L**3), (loads.b, L**3), (loads.la, L**2), (loads.lb, L**2)]
-    at_ends = [(end.force, L**2) for end in ends] + [(end.moment, L) for end in ends]
+    at_ends = [(end.force, L**2) for end in ends] + [(part, L) for end in ends for part in (end.moment, end.eccentric)]
     largest = max(float(np.max(np.abs(part))) * unit for part, unit in (*per_length, *at_ends)) / EI
     if largest <= limit:
         return None

@@ -65,11 +65,15 @@ def _weights(problem: Equilibrium) -> tuple[Array, Array]:
     s = np.linspace(0.0, problem.rod.length, PLACES)
     simpson = np.ones(PLACES)
     simpson[1:-1:2], simpson[2:-1:2] = 4.0, 2.0
-    at_ends = [(s[0], problem.end_load("start").force), (s[-1], problem.end_load("end").force)]
-    points = [*at_ends, *((at, load.force) for at, load in problem.points.items())]
-    forces = [problem.distributed(s).a * (simpson * s[1] / 3.0)[:, None], [force for _, force in points]]
-    arms = placed(problem, np.concatenate([s, [at for at, _ in points]]))[0] - np.array(problem.supports[0][1].position)
-    return arms, np.concatenate(forces)
+    ends = [(s[0], problem.end_load("start")), (s[-1], problem.end_load("end"))]
+    points = [*ends, *problem.points.items()]
+    r, R = placed(problem, np.concatenate([s, [at for at, _ in points]]))
+    forces = [problem.distributed(s).a * (simpson * s[1] / 3.0)[:, None], [load.force for _, load in points]]
+    arms = [r - np.array(problem.supports[0][1].position)]
+    for frame, (_, load) in zip(R[PLACES:], points, strict=True):  # tr(Q R A^T) of those that act off the centre
+        arms.append(frame.T)
+        forces.append(load.eccentric.T)
+    return np.concatenate(arms), np.concatenate(forces)
 
 
 def _free_axes(problem: Equilibrium) -> Array | None:

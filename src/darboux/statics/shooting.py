@@ -238,9 +238,11 @@ class _Pieces:
         outward = 1.0 if at == "end" else -1.0
         load = self.loads[at]
         force = outward * load_factor * load.force / self.scale.force
-        moment = outward * load_factor * load.moment / self.scale.moment
+        here, unit = y[ROTATION:FORCE], outward * load_factor / self.scale.moment
+        R = frames.matrix_of_quaternion(here)
+        moment, by_q = unit * load.moment_at(R), unit * load.moment_by_turn(R) @ _turn_matrix(here) / (here @ here)
         turn = _turn_matrix(q)
-        turn = turn if float(q @ y[ROTATION:FORCE]) >= 0.0 else -turn
+        turn = turn if float(q @ here) >= 0.0 else -turn
         rows, values = np.zeros((6, STATES)), np.empty(6)
         for i in range(3):
             if support.held_displacement[i]:
@@ -248,9 +250,10 @@ class _Pieces:
             else:
                 rows[i, FORCE + i], values[i] = 1.0, y[FORCE + i] - force[i]
             if support.held_rotation[i]:
-                rows[3 + i, ROTATION:FORCE], values[3 + i] = turn[i], turn[i] @ y[ROTATION:FORCE]
+                rows[3 + i, ROTATION:FORCE], values[3 + i] = turn[i], turn[i] @ here
             else:
                 rows[3 + i, MOMENT + i], values[3 + i] = 1.0, y[MOMENT + i] - moment[i]
+                rows[3 + i, ROTATION:FORCE] = -by_q[i]
         return values, rows
 
     # -- Newton's equations --------------------------------------------------------------------------------------
@@ -338,10 +341,12 @@ class _Pieces:
             )
             if code != 0:
                 return None
-        held = {
-            i: stability.Held.by(support, state.y[i, _Q])
-            for i, support in ((0, self.problem.start), (len(transfer), self.problem.end))
-        }
+        held = {}
+        for i, at in ((0, "start"), (len(transfer), "end")):
+            by_turn = self.loads[at].moment_by_turn(frames.matrix_of_quaternion(state.y[i, _Q]))
+            stiffness = np.zeros((6, 6))
+            stiffness[3:, 3:] = -0.5 * (by_turn + by_turn.T) * (load_factor / self.scale.moment)
+            held[i] = stability.Held.by(getattr(self.problem, at), state.y[i, _Q], stiffness)
         return stability.second_variation(_by_turns(transfer, state.y), held, force).index
 
     def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:

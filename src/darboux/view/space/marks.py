@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.loads import Distributed, Foundation, Gravity, LineCouple, LineForce, Rotation
+from darboux.loads import Distributed, EndLoad, Foundation, Gravity, LineCouple, LineForce, Rotation
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium, Ring
 from darboux.supports import Support
@@ -225,22 +225,23 @@ def supports(marks: Marks, problem: Equilibrium, shape: Shape, held: Any = None)
 def loads(marks: Marks, problem: Equilibrium, shape: Shape, factor: float = 1.0) -> tuple[list[Solid], list[Label]]:
     """Return the marks of all loads but gravity, and the labels of forces and moments; ``factor`` multiplies them."""
     parts, labels = _along(marks, problem, shape)
-    places: list[tuple[int, Array | None, Any]] = [
-        (i, sign * shape.R[i][:, 2], problem.end_load(at)) for at, i, sign in (("start", 0, -1.0), ("end", -1, 1.0))
-    ]
-    places += [(int(np.argmin(np.abs(shape.s - s))), None, load) for s, load in problem.points.items()]
     forces, moments = [], []
-    for i, outward, load in places:
-        R = shape.R[i]
+    for (place, offset), load in _concentrated(problem).items():
+        i = int(np.argmin(np.abs(shape.s - {"start": shape.s[0], "end": shape.s[-1]}.get(place, place))))
+        r, R = shape.r[i], shape.R[i]
+        outward = {"start": -R[:, 2], "end": R[:, 2]}.get(place)
+        point = r + R @ offset
+        if any(offset):
+            parts.append(turned(r, point, [0.05 * marks.size] * 2, JOINT))
         for follows, force, moment in (
             (False, load.force, load.moment),
             (True, R @ load.section_force, R @ load.section_moment),
         ):
             note = ", follower" if follows else ""
             if np.any(force):
-                forces.append((shape.r[i], factor * force, outward, note))
-            if np.any(moment):
-                moments.append((shape.r[i], factor * moment, note))
+                forces.append((point, factor * force, outward, note))
+            if np.any(moment) and not any(offset):
+                moments.append((r, factor * moment, note))
     longest = max((float(np.linalg.norm(force)) for _, force, *_ in forces), default=0.0)
     for r, force, outward, note in forces:
         if np.any(force):
@@ -253,6 +254,16 @@ def loads(marks: Marks, problem: Equilibrium, shape: Shape, factor: float = 1.0)
             parts += solids
             labels.append(label)
     return parts, labels
+
+
+def _concentrated(problem: Equilibrium) -> dict[tuple[Any, Any], EndLoad]:
+    """Return the sum of the loads at each end ("start", "end") or s, and each offset from the section's centre there."""
+    result: dict[tuple[Any, Any], EndLoad] = {}
+    load: Any
+    for load in problem.loads:
+        if load.place is not None or load.station is not None:
+            load.add_point(result.setdefault((load.at, load.offset), EndLoad()))
+    return result
 
 
 def _amount(vector: Array, unit: str) -> str:
