@@ -209,8 +209,8 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float], vectors: 
     Each piece interpolates at Chebyshev's points of the second kind and is tried half-way between them, and at 2048 points
     over the whole, so that a narrow load is not overlooked. A jump is
     enclosed by halving, and bridged by a constant over a width of 2^-44. Each column is measured by its own largest value,
-    those of ``vectors`` by the largest among them: what is all but zero beside the others is rounding. Raises ``InvalidInput`` where the
-    function is too rough to be followed.
+    those of ``vectors`` by the largest among them: what is all but zero beside the others is rounding. Raises
+    ``InvalidInput`` where the function is too rough to be followed.
     """
     x = 0.5 - 0.5 * _POINTS
     powers = np.arange(DEGREE + 1)

@@ -94,9 +94,7 @@ class Equations:
         if shape is None:
             self.table, self.relaxing = coefficients.table(problem, self.scale), np.zeros((1, 1, 3))
         else:
-            self.table, self.relaxing = coefficients.table_and_strain(
-                problem, self.scale, shape.k, shape.knots
-            )
+            self.table, self.relaxing = coefficients.table_and_strain(problem, self.scale, shape.k, shape.knots)
         self.breaks = _apart({*problem.breaks, *problem.jumps}, problem.stations, problem.rod.length)
         self.start = EndConditions(problem.start, problem.end_load("start"), -1.0, self.scale)
         self.end = EndConditions(problem.end, problem.end_load("end"), 1.0, self.scale)

@@ -115,7 +115,7 @@ def _common_axis(problem: Equilibrium) -> Array | None:
 
 
 def _line_of_places(problem: Equilibrium) -> Array | None:
-    """Return the axis (1, 3) through the places at which supports hold the unloaded rod, or None: more than one line, or a turn is held.
+    """Return the axis (1, 3) through the places at which supports hold the unloaded rod, or None: it can't turn about one line.
 
     About it the rod may turn before any load, even where the loaded rod may not: what a support prescribes grows from there.
     """

@@ -92,9 +92,9 @@ class SecondVariation:
         return int(negative_eigenvalues(*blocks, self.tolerance, ROUNDING))
 
     def lowest_mode(self) -> Array:
-        """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue, in the sense that makes its first large one positive.
+        """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue; the first of the large ones is positive.
 
-        Neither that nor the plane, where any serves, depends on rounding.
+        Neither that side nor the plane, where any serves, depends on rounding.
         """
         starts = np.concatenate([[0], np.cumsum(self.sizes)])
         full = np.zeros((starts[-1], starts[-1]))
