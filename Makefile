@@ -13,7 +13,7 @@ RUNTIME := $(VENV)/.runtime
 DEV     := $(VENV)/.dev
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test fuzz validate mutants lint format docs bench coverage lock clean distclean
+.PHONY: help paper test fuzz validate mutants processors lint format docs bench coverage lock clean distclean
 
 help: ## this list
 	@echo 'usage: make JOB [PYTHON=python3.13] [ARGS="..."]'
@@ -38,6 +38,9 @@ validate: $(DEV) ## every reference case by every method, and docs/validation.md
 
 mutants: $(DEV) ## wrong formulas that tests must see (some minutes; ARGS="band link" for some files)
 	$(BIN)/python -m tests.tools.mutants $(ARGS)
+
+processors: $(DEV) ## the catalogue and the solver's tests as other processors compute them, and disturbed (a quarter of an hour)
+	$(BIN)/python -m tests.tools.processors $(ARGS)
 
 lint: $(DEV) ## style, format, types, and the direction of imports
 	$(BIN)/python -m ruff check

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import darboux as dx
+from darboux.comparison import _order
 from darboux.frames import rotation
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
@@ -284,3 +285,52 @@ def test_a_rod_falls_from_an_unstable_equilibrium(supports: dict[str, object]) -
     wanted = dx.solve(problem).tip
     np.testing.assert_allclose(np.abs(fallen.tip), np.abs(wanted), atol=2e-3)
     assert fallen.energy.total < column.energy.total
+
+
+ROUND = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.75, mass=1.0))
+ALONG_X = dx.Clamped(tangent=(1, 0, 0))
+FALLING = {
+    "flat column": dx.Equilibrium(
+        dx.Rod(1.0, dx.Stiffness(EI1=10.0, EI2=1.0, GJ=10.0)), loads=[dx.EndForce((0, 0, -3.2))]
+    ),
+    "round column": dx.Equilibrium(ROUND, loads=[dx.EndForce((0, 0, -3.2))]),
+    "round column along x": dx.Equilibrium(ROUND, ALONG_X, loads=[dx.EndForce((-3.2, 0, 0))]),
+    "spinning": dx.Equilibrium(ROUND, loads=[dx.Rotation((0, 0, 4.0))]),
+    "two spans": dx.Equilibrium(
+        ROUND, dx.Pinned(), dx.Roller(along=UP), [dx.EndForce((0, 0, -45.0))], between={0.5: dx.Roller(along=UP)}
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FALLING)
+def test_meshes_fall_to_one_side_and_are_extrapolated_there(name: str) -> None:
+    """By distances that neither side nor plane changes, of the answer of Collocation."""
+    problem = FALLING[name]
+    found, wanted = dx.solve(problem, dx.DiscreteRod(50, descend=True, extrapolate=True)), dx.solve(problem)
+    axis = problem.start.R[:, 2]
+    for s in (0.25, 0.75, 1.0):
+        ours, right = ((x.r(s) @ axis, np.linalg.norm(np.cross(x.r(s), axis))) for x in (found, wanted))
+        np.testing.assert_allclose(ours, right, atol=1e-4)
+    assert found.stable
+    assert found.error.tip < 2e-3
+
+
+def test_mirror_images_are_not_extrapolated() -> None:
+    tilted = [dx.Clamped(tangent=(tilt, 0, 1)) for tilt in (0.02, -0.02)]
+    problems = [dx.Equilibrium(ROUND, start, loads=[dx.EndForce((0, 0, -10.0))]) for start in tilted]
+    method = dx.DiscreteRod(20, extrapolate=True)
+    one, same, other = (dx.solve(problems[i], dx.DiscreteRod(N)) for i, N in ((0, 20), (0, 40), (1, 40)))
+    apart = method._extrapolated(one, other, 2)
+    assert apart.converged
+    assert "It is not extrapolated" in apart.status.message
+    assert "20 and 40 segments" in apart.status.message
+    assert apart.error.tip is None
+    np.testing.assert_array_equal(apart.tip, other.tip)
+    assert method._extrapolated(one, same, 2).error.tip < 0.01
+
+    class Other:
+        refined = staticmethod(lambda factor: Other)
+        solve = staticmethod(lambda problem: other)
+
+    assert _order(Other, problems[0], one, dx.solve(problems[0])) is None
+    assert _order(dx.DiscreteRod(20), problems[0], one, dx.solve(problems[0])) == pytest.approx(2.0, abs=0.2)

@@ -7,7 +7,10 @@ import pytest
 
 import darboux as dx
 from darboux import frames
-from darboux.statics import pendulum
+from darboux.statics import first_shape, pendulum
+from darboux.statics.coefficients import Scale
+from darboux.statics.collocation_equations import Equations
+from tests.rounding import answer, difference, disturbed
 
 ROD = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, mass=1.0))
 BENT = dx.Rod(1.0, dx.Stiffness(EI1=1.4, EI2=1.0, GJ=0.7, mass=1.0), natural=(0.5, 1.0, 2.0))
@@ -97,3 +100,44 @@ def test_what_is_no_pendulum_lies_where_its_support_lays_it() -> None:
         dx.Equilibrium(ROD, dx.Pinned(), loads=[*weight, dx.Foundation(1.0)]),
     ):
         assert "hung" not in dx.solve(problem).status.message
+
+
+TURNING = {  # before any load about the line through its two supports: a lateral place, or a spring, grows from there
+    "a roller aside": (dx.Pinned(), dx.Roller(along=Z, position=(0.1, 0, 0))),
+    "a roller across": (dx.Pinned(), dx.Roller(along=Y, position=(0.1, 0, 0.5))),
+    "the roller at the start": (dx.Roller(along=Z, position=(0.1, 0, 0)), dx.Pinned()),
+    "a spring": (dx.Pinned(), dx.Spring(linear=5.0, position=(0.1, 0, 0.6))),
+    "two springs": (dx.Spring(linear=5.0), dx.Spring(linear=5.0, position=(0.1, 0, 0.6))),
+}
+
+
+@pytest.mark.parametrize("name", TURNING)
+def test_a_bent_rod_on_two_supports_turns_to_where_its_weight_is_lowest(name: str) -> None:
+    """No weight is left about the line through its supports, and the side does not depend on rounding."""
+    problem = dx.Equilibrium(BENT, *TURNING[name], [dx.Gravity(X)])
+    x = dx.solve(problem)
+    assert x.stable
+    assert "turned about the line through its supports" in x.status.message
+    s, w = np.polynomial.legendre.leggauss(40)
+    centre, line = 0.5 * w @ x.r(0.5 * (s + 1.0)) - x.r(0.0), x.tip - x.r(0.0)
+    assert abs(np.cross(centre, X) @ line) < 1e-9
+    assert (centre - line * (centre @ line) / (line @ line)) @ X > 0.0
+    with disturbed(seed=1):
+        assert difference(answer(problem), answer(problem)) == ""
+
+
+def test_a_shape_that_the_solver_found_is_never_too_rough() -> None:
+    """Free of stress in its own shape a rod has no strain but rounding; and a rough curve is a polynomial between its samples."""
+    problem = dx.Equilibrium(BENT, dx.Pinned(), loads=[dx.Gravity(X)])
+    scale = Scale.of(problem)
+    equations = Equations(problem, 4)
+    own = equations.curve(equations.unloaded().mesh, 0.0)
+    lent = Equations(problem, 4, first_shape.given(problem, scale, own)).relaxing
+    assert np.max(np.abs(lent[:, 0])) < 1e-8
+    points = np.cumsum(np.random.default_rng(0).normal(size=(300, 3)), axis=0)
+    rough = first_shape.given(problem, scale, points)
+    table = Equations(problem, 4, rough)
+    middle = 0.5 * (table.table.breaks[1:] + table.table.breaks[:-1])
+    powers = (0.5 * np.diff(table.table.breaks))[:, None] ** np.arange(8)
+    found = np.einsum("pk,pkc->pc", powers, table.relaxing)
+    np.testing.assert_allclose(found, table.natural_shape(middle) - rough.k(middle), atol=1e-9 * np.max(np.abs(found)))

@@ -15,7 +15,7 @@ from darboux.checks import checked_call
 from darboux.errors import InvalidInput
 from darboux.kernels.jit import announced
 from darboux.problem import Equilibrium
-from darboux.solution import EquilibriumSolution
+from darboux.solution import EquilibriumSolution, same_branch
 from darboux.statics.solve import Method, checked_method
 
 if TYPE_CHECKING:
@@ -252,11 +252,14 @@ def _trust(solution: EquilibriumSolution, problem: Equilibrium) -> tuple[bool, b
 def _order(
     method: Any, problem: Equilibrium, solution: EquilibriumSolution, reference: EquilibriumSolution
 ) -> float | None:
-    """Return the order by which the centreline closes in on the reference when the resolution is doubled."""
+    """Return the order by which the centreline closes in on the reference when the resolution is doubled.
+
+    None where twice the resolution is no better, or finds another equilibrium.
+    """
     if not hasattr(method, "refined") or solution.model != reference.model or not solution.converged:
         return None
     finer = method.refined(2).solve(problem)
     coarse, fine = (distance(answer, reference).centreline for answer in (solution, finer))
-    if not finer.converged or fine <= ROUNDING:  # nothing is left that could close in
+    if not finer.converged or fine <= ROUNDING or not same_branch(solution, finer):  # nothing that could close in
         return None
     return float(np.log2(coarse / fine))

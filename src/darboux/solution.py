@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 
 SMALL_STRAIN = 0.05  # beyond it linear elasticity and sections that keep their shape are a rough picture
 CLOSED = 1e-6  # of the length, or rad: a gap between the ends that is none
+LIKE = 0.5  # of the moments: two meshes' answers that differ by more are no approximations of one equilibrium
+NO_MOMENT = 1e-9  # of EI / L: what rounding leaves of an unbent rod
 
 
 @dataclass(frozen=True)
@@ -448,3 +450,15 @@ class EquilibriumSolution:
         from darboux.view import html
 
         return html.page(self)
+
+
+def same_branch(a: EquilibriumSolution, b: EquilibriumSolution) -> bool:
+    """Return whether two meshes' answers to one problem approximate one equilibrium, rather than two, such as mirror images.
+
+    |m_a - m_b| <= max(|m_a|, |m_b|) / 2,       |m|^2 the mean of m^2 along the rod
+    """
+    L = b.problem.rod.length
+    s = np.linspace(0.0, L, 101)
+    m = [a.m(s), b.m(s)]
+    sizes = [float(np.sqrt(np.mean(np.sum(x**2, axis=1)))) for x in (m[0] - m[1], *m)]
+    return sizes[0] <= LIKE * max(sizes[1:]) + NO_MOMENT * float(np.max(b.problem.rod.stiffness(s).EI1)) / L

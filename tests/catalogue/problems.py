@@ -26,13 +26,17 @@ UP = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class Entry:
-    """A problem, what is read from its solution, and what that must be (or the method that says it)."""
+    """A problem, what is read from its solution, and what that must be (or the method that says it).
+
+    ``family`` is the axis about which all of its equilibria may be turned, where rounding chooses one of them.
+    """
 
     name: str
     problem: dx.Equilibrium
     read: Callable[[Any], Any]
     value: Any
     tolerance: float = 1e-9
+    family: tuple[float, float, float] | None = None
 
     def __str__(self) -> str:
         return self.name
@@ -208,6 +212,7 @@ def _twisted_to_a_tenth() -> list[Entry]:
             misses_its_end,
             np.zeros(6),
             1e-7,
+            family=UP if rod is UNIT else None,
         )
         for name, rod in (("round", UNIT), ("flat", FLAT))
         for turns in (1, 2, 3, 4, 6)

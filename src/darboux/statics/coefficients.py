@@ -43,6 +43,7 @@ NARROWEST = 2.0**-44  # a jump is enclosed by pieces down to this width, relativ
 MOST_PIECES = 4000
 SAMPLES = 2048  # anything wider than L over this is seen
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # the order in which symmetric matrices are stored
+CLOSEST = 1e-9  # of L, between two breaks
 HEAVY = 1e3  # of EI / L^3: weight per length from which on a rod between two supports is a cable
 LOADS = slice(DEAD_FORCE, WIDTH)  # the columns that grow with the load factor
 
@@ -178,18 +179,23 @@ def table(problem: Equilibrium, scale: Scale) -> Table:
     return piecewise(lambda x: columns(problem, scale, x), _breaks(problem, scale))
 
 
-def table_and_strain(problem: Equilibrium, scale: Scale, shape: Callable[[Array], Array]) -> tuple[Table, Array]:
+def table_and_strain(
+    problem: Equilibrium, scale: Scale, shape: Callable[[Array], Array], knots: Array
+) -> tuple[Table, Array]:
     """Return the coefficients, and k0 less another shape's curvature and twist in the same pieces (p, degree + 1, 3).
 
-    Argument: ``shape`` a function of x (n,) that returns k L (n, 3).
+    Arguments: ``shape`` a function of x (n,) that returns k L (n, 3); ``knots`` x (m,) between which it is smooth. What varies
+    too roughly is then the problem's own, never the shape.
     """
 
     def both(x: Array) -> Array:
-        c = columns(problem, scale, x)
-        return np.concatenate([c, c[:, K0 : K0 + 3] - shape(x)], axis=1)
+        c, k = columns(problem, scale, x), shape(x)
+        return np.concatenate([c, k, c[:, K0 : K0 + 3] - k], axis=1)
 
-    joint = piecewise(both, _breaks(problem, scale), vectors=[slice(-3, None)])
-    parts = joint.coefficients[:, :, :-3], joint.coefficients[:, :, -3:]
+    breaks = _breaks(problem, scale)
+    apart = knots[np.min(np.abs(knots[:, None] - breaks), axis=1) > CLOSEST] if len(knots) else knots
+    joint = piecewise(both, sorted([*breaks, *apart.tolist()]), vectors=[slice(-6, None)])
+    parts = joint.coefficients[:, :, :-6], joint.coefficients[:, :, -3:]
     return Table(joint.breaks, np.ascontiguousarray(parts[0])), np.ascontiguousarray(parts[1])
 
 
@@ -203,8 +209,8 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float], vectors: 
     Each piece interpolates at Chebyshev's points of the second kind and is tried half-way between them, and at 2048 points
     over the whole, so that a narrow load is not overlooked. A jump is
     enclosed by halving, and bridged by a constant over a width of 2^-44. Each column is measured by its own largest value,
-    those of ``vectors`` by their vector's: a component that is all but zero is rounding. Raises ``InvalidInput`` where the
-    function is too rough to be followed.
+    those of ``vectors`` by the largest among them: what is all but zero beside the others is rounding. Raises
+    ``InvalidInput`` where the function is too rough to be followed.
     """
     x = 0.5 - 0.5 * _POINTS
     powers = np.arange(DEGREE + 1)
@@ -219,7 +225,7 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float], vectors: 
     starts: list[float] = []
     pieces: list[Array] = []
     while todo:
-        if len(pieces) + len(todo) > MOST_PIECES:
+        if len(pieces) + len(todo) > MOST_PIECES + len(breaks):
             raise InvalidInput(
                 "a quantity of the problem varies too roughly along the rod to be followed: its function is noisy or jumps "
                 f"more than about {MOST_PIECES // 80} times. Smooth it, or give it as a Table."

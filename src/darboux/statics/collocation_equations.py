@@ -57,7 +57,6 @@ IDLE, NOISE = 1e-6, 1e-10  # ... if the equations ask for less than this along i
 NOTHING = np.empty(0)  # no load is a function of the shape
 ROUNDING_STRAIN = 1e-14  # of a stretching rod: what rounding of places amounts to
 BESIDE = 1e-12  # of L, from a jump: on either side of what encloses it
-CLOSEST = 1e-9  # of L, between two breaks
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +94,7 @@ class Equations:
         if shape is None:
             self.table, self.relaxing = coefficients.table(problem, self.scale), np.zeros((1, 1, 3))
         else:
-            self.table, self.relaxing = coefficients.table_and_strain(problem, self.scale, shape.k)
+            self.table, self.relaxing = coefficients.table_and_strain(problem, self.scale, shape.k, shape.knots)
         self.breaks = _apart({*problem.breaks, *problem.jumps}, problem.stations, problem.rod.length)
         self.start = EndConditions(problem.start, problem.end_load("start"), -1.0, self.scale)
         self.end = EndConditions(problem.end, problem.end_load("end"), 1.0, self.scale)
@@ -450,7 +449,7 @@ def _apart(places: set[float], stations: Iterable[float], length: float) -> Arra
     """Return the places in m over the length without those too close to be told apart; stations are kept."""
     result = [s / length for s in stations]
     for x in sorted(s / length for s in places):
-        if all(abs(x - other) > CLOSEST for other in result):
+        if all(abs(x - other) > coefficients.CLOSEST for other in result):
             result.append(x)
     return np.array(sorted(result))
 

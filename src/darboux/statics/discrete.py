@@ -19,7 +19,7 @@ from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.modes import Modes
 from darboux.problem import Equilibrium, Ring
-from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
+from darboux.solution import EquilibriumSolution, ErrorEstimate, Status, same_branch
 from darboux.statics import discrete_fields, discrete_modes, hanging_chain, limits, load_path, pendulum
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along
@@ -41,7 +41,8 @@ class DiscreteRod:
     directions where the loads have a potential, and its solutions have `modes`.
 
     Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments (a ring's: 3 N) are
-    extrapolated (Richardson), which gives an estimated error too; ``descend`` whether the rod leaves an unstable
+    extrapolated (Richardson), which gives an estimated error too, unless they are different equilibria, as the status then says;
+    ``descend`` whether the rod leaves an unstable
     equilibrium downhill; ``grading`` the longest segment over the shortest (1: all equal), which shrink smoothly towards
     the held ends, where boundary layers lie. Raises ``InvalidInput``.
     """
@@ -178,6 +179,13 @@ class DiscreteRod:
         """
         if not fine.converged:
             return fine
+        if coarse.index != fine.index or not same_branch(coarse, fine):
+            numbers = f"{self.segments} and {parts * self.segments} segments"
+            message = (
+                f"{fine.status.message} It is not extrapolated, and has no estimated error: the answers of {numbers} are different "
+                "equilibria, or far apart; try more segments."
+            )
+            return replace(fine, status=Status(fine.status.code, message))
         gain = 1.0 / (parts ** (self.order - 1) - 1)
         next_to = np.clip(np.searchsorted(coarse.curve.s, fine.curve.s), 1, len(coarse.curve.s) - 1)
         gaps = [np.abs(coarse.curve.s[next_to - i] - fine.curve.s) for i in (0, 1)]

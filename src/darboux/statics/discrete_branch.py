@@ -24,6 +24,9 @@ FLATTEST = 1e-3  # an edge shorter than this, over its rest length, has been com
 SHORTEST_LINE = 2.0**-12
 FIRST_FALL = 0.05  # rad, the first step from an unstable equilibrium
 SMALLEST_SHIFT = 1e-2  # of EI / L^3 per length, by which an indefinite Hessian is made positive
+STIRRED = np.array(
+    [1.0, 1e-2, 1e-4, 1e-2]
+)  # in x, y, z and about the tangent: the lowest mode has a part of one of them
 MOST_FALLING, INVERSE_ITERATIONS = 500, 30
 
 
@@ -178,7 +181,11 @@ class ChainBranch:
         return None if fallen is None else self.settle(fallen)
 
     def _fall(self, shape: Shape) -> Shape | None:
-        """Return the stable equilibrium at full load that Newton's shifted steps reach downhill, or None."""
+        """Return the stable equilibrium at full load that Newton's shifted steps reach downhill, or None.
+
+        A motion that costs less than the smallest shift is a free one, as that of a round rod's plane: the shift holds it, and
+        rounding does not decide on its sign.
+        """
         shift = 0.0
         self.chain.settled(shape)
         for _ in range(MOST_FALLING):
@@ -186,29 +193,37 @@ class ChainBranch:
             energy = self.assemble(shape, 1.0)
             self.hold(shape, 1.0)
             slope, shift, unshifted = self.gradient.copy(), 0.25 * shift, self.lower.copy()
-            shift = shift if shift > SMALLEST_SHIFT else 0.0
+            shift = shift if shift > SMALLEST_SHIFT else -SMALLEST_SHIFT
+            self.lower[:: band.LOWER] += shift / self.chain.edges
             while self._factor()[0] != 0:
                 shift = max(4.0 * shift, SMALLEST_SHIFT)
                 self.lower[:] = unshifted
                 self.lower[:: band.LOWER] += shift / self.chain.edges
+            if shift < 0.0:  # far from any free motion
+                shift, self.lower[:] = 0.0, unshifted
+                self._factor()
             own = self._solve(None, -slope)
             step = self.chain.packed(shape, own)
             size = self.chain.turn(step)
             scale = min(1.0, load_path.LARGEST_CORRECTED_TURN / size)
             trial = self.chain.moved(shape, step, scale)
-            while size > 1e-7 and self._energy(trial, shape, 1.0) > energy + 1e-4 * scale * float(slope @ own):
+            descent, rounding = float(slope @ own), 1e-13 * abs(energy)
+            while size > 1e-7 and self._energy(trial, shape, 1.0) > energy + 1e-4 * scale * descent + rounding:
                 scale *= 0.5
                 if scale < SHORTEST_LINE:
                     return None
                 trial = self.chain.moved(shape, step, scale)
             shape = trial
             self.chain.settled(shape)
-            if shift == 0.0 and size <= TOLERANCE:
+            if shift <= SMALLEST_SHIFT and size <= TOLERANCE:
                 return shape._replace(unstable=0)
         return None
 
     def _lowest(self, shape: Shape) -> Array:
-        """Return a step of FIRST_FALL rad along the lowest eigenvector of the Hessian, by inverse iteration."""
+        """Return a step of FIRST_FALL rad along the lowest eigenvector of the Hessian, by inverse iteration.
+
+        It begins with displacements that do not depend on the mesh, so that two meshes fall to one side.
+        """
         self.assemble(shape, 1.0)
         self.hold(shape, 1.0)
         unshifted, shift = self.lower.copy(), SMALLEST_SHIFT
@@ -216,7 +231,11 @@ class ChainBranch:
             shift *= 2.0
             self.lower[:] = unshifted
             self.lower[:: band.LOWER] += shift / self.chain.edges
-        vector = np.where(self.chain.fixed, 0.0, np.random.default_rng(1).normal(size=self.chain.unknowns))
+        along = np.linspace(0.0, 1.0, self.chain.edges + 3)[:, None]
+        stirred = (STIRRED * (along + along**2)).ravel()[: self.chain.unknowns]
+        vector = np.where(self.chain.fixed, 0.0, stirred)
+        for end in self.chain.ends:  # whose unknowns are turns
+            vector[end.block.part] = 0.0
         for _ in range(INVERSE_ITERATIONS):
             vector = self._solve(None, vector / np.linalg.norm(vector))
         return vector * (FIRST_FALL / self.chain.turn(self.chain.packed(shape, vector)))

@@ -7,7 +7,7 @@ curvature and twist, and takes that back while the loads and the supports' poses
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -30,14 +30,15 @@ SAMPLES = 129  # of a curve that is drawn
 class FirstShape:
     """Curvature and twist k L as a function of x = s / L (n,) -> (n, 3), and where the start lies: r (3,), q (4,).
 
-    A cable's shape has ``layers``, places x (n,) near the ends between which they will bend it steeply. It sags, so that its forces
-    are determined.
+    Between its ``knots`` x (m,) k is a polynomial, or smooth where there are none. A cable's shape has ``layers``, places x (n,)
+    near the ends between which they will bend it steeply. It sags, so that its forces are determined.
     """
 
     k: Callable[[Array], Array]
     r: Array
     q: Array
     layers: tuple[float, ...] = ()
+    knots: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def sags(self) -> bool:
@@ -144,7 +145,7 @@ def _of_frames(x: Array, r: Array, q: Array) -> FirstShape:
     from scipy.interpolate import CubicSpline
 
     spline = CubicSpline(middle, turn / np.diff(x)[:, None])
-    return FirstShape(lambda x: np.asarray(spline(x)), r, q[0])
+    return FirstShape(lambda x: np.asarray(spline(x)), r, q[0], knots=middle)
 
 
 def _carried(q: Array, tangents: Array) -> Array:

@@ -23,7 +23,11 @@ def origin(problem: Equilibrium) -> str:
     """Return in words where the load path of a problem begins."""
     if isinstance(problem, Ring):
         return "the round ring"
-    return "the unloaded rod" if _hung(problem) is None else "the unloaded rod, hung from its joints"
+    if _hung(problem) is None:
+        return "the unloaded rod"
+    if len(problem.supports) == 1 or _common_axis(problem) is not None:
+        return "the unloaded rod, hung from its joints"
+    return "the unloaded rod, turned about the line through its supports to where its weight is lowest"
 
 
 def at_rest(problem: Equilibrium) -> tuple[Support, float, Array]:
@@ -80,7 +84,11 @@ def _free_axes(problem: Equilibrium) -> Array | None:
     """Return the axes (k, 3) about which the supports let the rod turn as a whole, or None: it is no pendulum."""
     if isinstance(problem, Ring) or problem.of_shape or any(at.rotational is not None for _, at in problem.supports):
         return None
-    axes = _axes_of_joint(problem.supports[0][1]) if len(problem.supports) == 1 else _common_axis(problem)
+    if len(problem.supports) == 1:
+        axes = _axes_of_joint(problem.supports[0][1])
+    else:
+        axes = _common_axis(problem)
+        axes = _line_of_places(problem) if axes is None else axes
     if axes is None or np.any(problem.distributed(np.linspace(0.0, problem.rod.length, PLACES)).C):
         return None
     return axes
@@ -108,6 +116,24 @@ def _common_axis(problem: Equilibrium) -> Array | None:
     size = float(np.linalg.norm(axis))
     aside = max(float(np.linalg.norm(np.cross(direction, axis))) for direction in along)
     return None if size == 0.0 or aside > ALIGNED * size**2 else axis[None] / size
+
+
+def _line_of_places(problem: Equilibrium) -> Array | None:
+    """Return the axis (1, 3) through the places at which supports hold the unloaded rod, or None: it can't turn about one line.
+
+    About it the rod may turn before any load, even where the loaded rod may not: what a support prescribes grows from there.
+    """
+    placing = [(s, at) for s, at in problem.supports if any(at.held_displacement) or at.linear is not None]
+    firm = any(all(at.held_displacement) or at.linear is not None for _, at in placing)
+    if not firm or len(placing) < 2 or any(any(at.held_rotation) for _, at in problem.supports):
+        return None
+    places = placed(problem, np.array([s for s, _ in placing]))[0]
+    along = (places - places[0]) / problem.rod.length
+    sizes = np.linalg.norm(along, axis=1)
+    axis = along[np.argmax(sizes)]
+    size = float(np.max(sizes))
+    aside = float(np.max(np.linalg.norm(np.cross(along, axis), axis=1)))
+    return None if size <= ALIGNED or aside > ALIGNED * size**2 else axis[None] / size
 
 
 def _best(N: Array, axes: Array) -> Array:

@@ -31,6 +31,9 @@ Array = NDArray[np.float64]
 COMPLIANCE = 1e-7  # of stretch, over 1 + the largest dimensionless force
 ROUNDING = 1e-13  # of a block's largest entry
 SAME = 1e-4  # relative: eigenvalues closer than this belong to one another
+TIED = 3e-15  # of the largest entry: what rounding alone makes of two equal eigenvalues
+LARGE = 0.99  # of the largest displacement: as large as that, but for rounding
+LESS = 0.13  # the weight of a direction or a place that comes after another
 NEGATIVE = 1e-5  # eigenvalues above minus this, over the same, are those of a free motion
 
 
@@ -89,7 +92,10 @@ class SecondVariation:
         return int(negative_eigenvalues(*blocks, self.tolerance, ROUNDING))
 
     def lowest_mode(self) -> Array:
-        """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue."""
+        """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue; the first of the large ones is positive.
+
+        Neither that side nor the plane, where any serves, depends on rounding.
+        """
         starts = np.concatenate([[0], np.cumsum(self.sizes)])
         full = np.zeros((starts[-1], starts[-1]))
         for i, (a, b) in enumerate(itertools.pairwise(starts)):
@@ -101,11 +107,14 @@ class SecondVariation:
 
         values, vectors = eigh(full, lower=True, subset_by_index=[0, 1])
         lowest, second = (self._spread(vectors[:, i], starts) for i in (0, 1))
-        if values[1] - values[0] < SAME * abs(values[0]):  # any plane serves: take the one with the least along y
-            pair = np.stack([lowest[:, 1], second[:, 1]], axis=1)
+        if values[1] - values[0] < max(SAME * abs(values[0]), TIED * np.max(np.abs(self.diagonal))):
+            # Any plane serves: take the one with the least along y, then z, then near the start, where a helix stands out.
+            weights = np.array([0.0, 1.0, LESS]) * (1.0 + LESS * np.linspace(1.0, 0.0, len(lowest)))[:, None]
+            pair = np.stack([(weights * mode[:, :3]).ravel() for mode in (lowest, second)], axis=1)
             lowest = np.tensordot(np.linalg.svd(pair)[2][1], np.stack([lowest, second]), axes=1)
-        largest = lowest[:, :3].ravel()[np.argmax(np.abs(lowest[:, :3]))]
-        return lowest * (1.0 if largest >= 0.0 else -1.0)
+        moved = lowest[:, :3].ravel()
+        first = moved[np.argmax(np.abs(moved) >= LARGE * np.max(np.abs(moved)))]
+        return lowest * (1.0 if first >= 0.0 else -1.0)
 
     def _spread(self, vector: Array, starts: Array) -> Array:
         parts = [vector[a:b] for a, b in itertools.pairwise(starts)]
