@@ -342,7 +342,8 @@ class _Pieces:
             i: stability.Held.by(support, state.y[i, _Q])
             for i, support in ((0, self.problem.start), (len(transfer), self.problem.end))
         }
-        return stability.second_variation(_by_turns(transfer, state.y), held, force).index
+        moments = state.y[:-1, MOMENT:], state.y[1:, MOMENT:]
+        return stability.second_variation(_by_turns(transfer, state.y), state.x, moments, held, force).index
 
     def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:
         """Solve J dy/d(load factor) = -dF/d(load factor), the right side by a difference of two passes."""
