@@ -22,7 +22,7 @@ from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import discrete_fields, discrete_modes, hanging_chain, limits, load_path, pendulum
 from darboux.statics.discrete_branch import ChainBranch
-from darboux.statics.discrete_chain import Chain, nodes_along
+from darboux.statics.discrete_chain import Chain, nodes_along, places_of_vertices
 
 CLAMPS = ("half_cell", "two_vertices")
 LARGEST_LOAD = 3e8  # dimensionless
@@ -116,7 +116,7 @@ class DiscreteRod:
     def _solved(self, problem: Equilibrium, parts: int) -> EquilibriumSolution:
         """Return the equilibrium on the nodes, or on those with each segment in two parts (a ring's: in three)."""
         began = time.perf_counter()
-        stations = [s / problem.rod.length for s in problem.stations]
+        stations = places_of_vertices(problem, self.segments)
         held = problem.start.holds, problem.end.holds
         if isinstance(problem, Ring):
             nodes = (np.arange(parts * self.segments + 2) - 0.5) / (parts * self.segments)

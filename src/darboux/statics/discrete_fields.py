@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import discrete_rod
-from darboux.loads import EndLoad, LineForce
+from darboux.loads import LineForce
 from darboux.statics import coefficients
 from darboux.statics.discrete_chain import Chain, EdgeLoads, Shape, symmetric
 
@@ -23,7 +23,8 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     ``gradient`` is that of the energy, less the loads, by all packed unknowns: by the held ones it is the supports' force.
     """
     x, R = shape.state.x.reshape(-1, 3)[1:-1], chain.frames(shape)
-    stations = np.array([chain.vertex(s) - 1 for s in chain.problem.stations], dtype=int)
+    at_vertices = _at_vertices(chain)
+    stations = np.array(sorted(at_vertices), dtype=int)
     loads = chain.edge_loads(shape, load_factor)
     n_edges, n = _forces(chain, x, loads, load_factor, gradient)
     if chain.closed:  # s = 0 and s = L are in the middle of the edge that is held
@@ -38,8 +39,8 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     c[:, coefficients.LOADS] *= load_factor
     q = _quaternions(chain, R)
     y = np.concatenate([x, q, n, m], axis=1)[twice]
-    for i, load in zip(stations, (load for _, load in chain.problem.stations.values()), strict=True):
-        _part(chain, i, load, load_factor, n_edges, y[behind[i] : behind[i] + 2])
+    for i, moments in at_vertices.items():
+        _part(chain, i, moments, load_factor, n_edges, y[behind[i] : behind[i] + 2])
     dy = coefficients.slopes(c[twice], y)
     for shaped in chain.problem.of_shape:
         _add_slopes(chain, shaped, load_factor, nodes[twice], y, dy)
@@ -65,13 +66,23 @@ def _add_slopes(chain: Chain, load: Any, load_factor: float, nodes: Array, y: Ar
         dy[:, 10:13] -= value / scale.force
 
 
-def _part(chain: Chain, i: int, load: EndLoad, load_factor: float, n: Array, y: Array) -> None:
+def _at_vertices(chain: Chain) -> dict[int, Array]:
+    """Return the vertices between the ends where n and m jump, with the moments (2, 3) there, dead and in the section's frame."""
+    result: dict[int, Array] = {}
+    for s, (_, load) in chain.problem.stations.items():
+        i = chain.vertex(s) - 1
+        if 0 < i < chain.edges:
+            result[i] = result.get(i, np.zeros((2, 3))) + np.array([load.moment, load.section_moment])
+    return result
+
+
+def _part(chain: Chain, i: int, moments: Array, load_factor: float, n: Array, y: Array) -> None:
     """Part a station's force and moment: y (2, 13) in front of it and behind it."""
     a, b = chain.l[i : i + 2] / (chain.l[i] + chain.l[i + 1])
     R = frames.matrix_of_quaternion(y[0, 3:7])
     force = load_factor * chain.distributed[i + 1]
     y[0, 7:10], y[1, 7:10] = n[i - 1] - a * force, n[i] + b * force
-    moment = load_factor * (load.moment + R @ load.section_moment) / chain.scale.moment
+    moment = load_factor * (moments[0] + R @ moments[1]) / chain.scale.moment
     y[0, 10:13] += b * moment
     y[1, 10:13] -= a * moment
 
@@ -87,7 +98,8 @@ def _quaternions(chain: Chain, R: Array) -> Array:
 
 def _forces(chain: Chain, x: Array, loads: EdgeLoads, load_factor: float, gradient: Array) -> tuple[Array, Array]:
     """Return the inner force in each edge, by balance from the start on, and at each vertex."""
-    applied = load_factor * (chain.f[1:-1] + np.einsum("nij,nj->ni", symmetric(chain.C[1:-1]), x))
+    dead = (chain.f - chain.lever)[1:-1]  # a load close to a vertex counts there
+    applied = load_factor * (dead + np.einsum("nij,nj->ni", symmetric(chain.C[1:-1]), x))
     applied += loads.F[1:, 0] + loads.F[:-1, 1]
     reaction = np.append(gradient, 0.0).reshape(-1, 4)[:, :3]
     reaction[1] += reaction[0]
