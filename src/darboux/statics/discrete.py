@@ -7,6 +7,7 @@ Sources: M. Bergou, M. Wardetzky, S. Robinson, B. Audoly and E. Grinspun, Discre
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import replace
 from functools import partial
@@ -26,6 +27,7 @@ from darboux.statics.discrete_chain import Chain, nodes_along, places_of_vertice
 
 CLAMPS = ("half_cell", "two_vertices")
 LARGEST_LOAD = 3e8  # dimensionless
+NARROWEST = 5e-8  # of L, times the root of the segments: the rounding of an edge's stiffness EI / (h l^2), over that of the rod
 INEXTENSIBLE = 1e-6  # relative stretch that multipliers leave at most
 FLATTEST = 0.05  # an edge shorter than this, over its rest length, is compressed to nothing
 
@@ -89,6 +91,13 @@ class DiscreteRod:
             return own
         if problem.rod.shear:
             return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation(), or set shear=False."
+        least = NARROWEST * self.segments**0.5 * problem.rod.length
+        for (a, _), (b, _) in itertools.pairwise([(0.0, None), *problem.between, (problem.rod.length, None)]):
+            if b - a < least:
+                return (
+                    f"a support is {b - a:.3g} m from the next one or from an end; DiscreteRod({self.segments}) needs {least:.2g} m "
+                    "between, or rounding hides the rest; use Collocation(), or one support for both."
+                )
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
     def _refuses_ring(self, problem: Ring) -> str | None:

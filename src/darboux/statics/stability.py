@@ -30,10 +30,12 @@ from darboux.supports import Support
 Array = NDArray[np.float64]
 
 COMPLIANCE = 1e-7  # of stretch, over 1 + the largest dimensionless force
-FOUNDATION = 1e-5  # per length, times 1 + the largest dimensionless force
+FOUNDATION = 1e-5  # per length, over what the rod resists and carries: above what Newton's method leaves over on the way
 SAME = 1e-4  # relative: eigenvalues closer than this belong to one another
 CLOSE = 1e-3  # relative, of the shift of the inverse iteration to the lowest eigenvalue
-ITERATIONS = 8  # of it, for a pair of modes
+BESIDE, APART = 1.05, 100.0  # that shift over the eigenvalue and the foundation: so near to the lowest one and no nearer,
+# or the second mode would drown in it
+ITERATIONS = 12  # of a pair of modes
 ROUNDING = 1e-12  # of a piece's compliance
 REACH = BLOCK - 1  # half-bandwidth of the whole matrix
 
@@ -113,17 +115,18 @@ class SecondVariation:
         while high - low > CLOSE * high and low > 0.0:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if self._on_foundation(middle) > 0 else (low, middle)
+        shift = BESIDE * high + APART * self.foundation
         starts = np.concatenate([[0], np.cumsum(self.sizes)])
         weights = np.concatenate([w[:n] for w, n in zip(self.weights, self.sizes, strict=True)])
         band = self._band(starts)
-        band[REACH] += high * weights
+        band[REACH] += shift * weights
         modes = np.random.default_rng(1).normal(size=(starts[-1], 2))
         for _ in range(ITERATIONS):
             right = weights[:, None] * modes
             modes = solve_banded((REACH, REACH), band, right)
             values, pair = eigh(modes.T @ right, modes.T @ (weights[:, None] * modes))
             modes = modes @ pair
-        values = values - high
+        values = values - shift
         lowest, second = (self._spread(modes[:, i], starts) for i in (0, 1))
         if values[1] - values[0] < SAME * abs(values[0]):  # any plane serves: take the one with the least along y
             pair = np.stack([lowest[:, 1], second[:, 1]], axis=1)
@@ -190,7 +193,8 @@ def second_variation(
         if i < N:
             below[i] = below[i] @ to
     sizes[N] -= 6
-    foundation = FOUNDATION * (1.0 + largest_force)
+    largest_moment = max(float(np.max(np.linalg.norm(m, axis=1))) for m in moments)
+    foundation = FOUNDATION * (largest_force + min(1.0, largest_moment + 1.0 / float(np.max(softness))))
     return SecondVariation(diagonal, below, sizes, weights, held, _positive(G, h), foundation)
 
 
