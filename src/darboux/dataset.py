@@ -26,7 +26,10 @@ ENERGIES = ("bending", "twist", "stretch", "load")
 
 
 def dataset(solution: EquilibriumSolution, s: Any, side: Side) -> xarray.Dataset:
-    """Return r, R, k, v, n, m at s (n,) in m, on one side of jumps; status, method, model, load factor, energies (J) and errors as attributes."""
+    """Return r, R, k, v, n, m at s (n,) in m, those of one side at jumps.
+
+    Status, method, model, load factor, energies (J) and errors are attributes.
+    """
     import xarray
 
     s = np.atleast_1d(s)

@@ -158,7 +158,7 @@ def _along(
         return _round_outline(rod, s.ravel(), *inner(s.ravel()), kind)[1].reshape(s.shape)
 
     samples = int(np.clip(ALONG // len(nodes), 2, 16)) + 1
-    off = np.minimum(2.0 * ONE_PLACE * nodes[-1], 0.25 * np.diff(nodes))  # beside the jumps, on the side of the interval
+    off = np.minimum(2.0 * ONE_PLACE * nodes[-1], 0.25 * np.diff(nodes))  # from a jump, to the side of the interval
     first, last = nodes[:-1] + np.append(0.0, off[1:]), nodes[1:] - np.append(off[:-1], 0.0)
     s = np.linspace(first, last, samples, axis=1)
     highest = np.argsort(-np.max(sampled(s.ravel()).reshape(s.shape), axis=1))[:REFINED]

@@ -103,7 +103,6 @@ def negative_eigenvalues(diagonal: Array, below: Array, sizes: NDArray[np.int64]
     for a in range(n):
         for b in range(n):
             F[a * FRONT + b] = diagonal[a * BLOCK + b]
-    waiting = 0
     for i in range(sizes.size):
         # `n` rows at hand: those of block i first, then the ones that wait. Those of block i + 1 go in front of them.
         ahead = sizes[i + 1] if i + 1 < sizes.size else 0

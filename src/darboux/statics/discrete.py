@@ -27,7 +27,9 @@ from darboux.statics.discrete_chain import Chain, nodes_along, places_of_vertice
 
 CLAMPS = ("half_cell", "two_vertices")
 LARGEST_LOAD = 3e8  # dimensionless
-NARROWEST = 5e-8  # of L, times the root of the segments: the rounding of an edge's stiffness EI / (h l^2), over that of the rod
+NARROWEST = (
+    5e-8  # of L, times the root of the segments: an edge whose stiffness EI / (h l^2) has a rounding like the rod's own
+)
 INEXTENSIBLE = 1e-6  # relative stretch that multipliers leave at most
 FLATTEST = 0.05  # an edge shorter than this, over its rest length, is compressed to nothing
 
@@ -95,7 +97,7 @@ class DiscreteRod:
         for (a, _), (b, _) in itertools.pairwise([(0.0, None), *problem.between, (problem.rod.length, None)]):
             if b - a < least:
                 return (
-                    f"a support is {b - a:.3g} m from the next one or from an end; DiscreteRod({self.segments}) needs {least:.2g} m "
+                    f"a support is {b - a:.3g} m from the next one or an end; DiscreteRod({self.segments}) needs {least:.2g} m "
                     "between, or rounding hides the rest; use Collocation(), or one support for both."
                 )
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)

@@ -16,7 +16,6 @@ a compliance of stretch, so that a straight one between two supports has a force
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,11 +29,14 @@ from darboux.supports import Support
 Array = NDArray[np.float64]
 
 COMPLIANCE = 1e-7  # of stretch, over 1 + the largest dimensionless force
-FOUNDATION = 1e-5  # per length, over what the rod resists and carries: above what Newton's method leaves over on the way
+FOUNDATION = 1e-5  # per length, over what the rod resists and carries: more than Newton's method leaves over on the way
 SAME = 1e-4  # relative: eigenvalues closer than this belong to one another
-CLOSE = 1e-3  # relative, of the shift of the inverse iteration to the lowest eigenvalue
-BESIDE, APART = 1.05, 100.0  # that shift over the eigenvalue and the foundation: so near to the lowest one and no nearer,
-# or the second mode would drown in it
+TIED = 1e-6  # of the shift: what rounding alone makes of two equal eigenvalues
+LARGE = 0.99  # of the largest displacement: as large as that, but for rounding
+LESS = 0.13  # the weight of a direction or a place that comes after another
+CLOSE = 1e-3  # relative: how well the lowest eigenvalue is found
+# The shift over the lowest eigenvalue and over the foundation: near to it, but not so near that the second mode drowns in it.
+BESIDE, APART = 1.05, 100.0
 ITERATIONS = 12  # of a pair of modes
 ROUNDING = 1e-12  # of a piece's compliance
 REACH = BLOCK - 1  # half-bandwidth of the whole matrix
@@ -105,7 +107,8 @@ class SecondVariation:
     def lowest_mode(self) -> Array:
         """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue, relative to the weights.
 
-        The foundation under which the rod is just stable gives the shift of an inverse iteration of two modes.
+        Its first large one is positive; neither that nor the plane, where any serves, depends on rounding. The foundation under
+        which the rod is just stable gives the shift of an inverse iteration of two modes.
         """
         from scipy.linalg import eigh, solve_banded  # slow to load, and seldom needed
 
@@ -128,11 +131,14 @@ class SecondVariation:
             modes = modes @ pair
         values = values - shift
         lowest, second = (self._spread(modes[:, i], starts) for i in (0, 1))
-        if values[1] - values[0] < SAME * abs(values[0]):  # any plane serves: take the one with the least along y
-            pair = np.stack([lowest[:, 1], second[:, 1]], axis=1)
+        if values[1] - values[0] < max(SAME * abs(values[0]), TIED * shift):
+            # Any plane serves: take the one with the least along y, then z, then near the start, where a helix stands out.
+            along = np.array([0.0, 1.0, LESS]) * (1.0 + LESS * np.linspace(1.0, 0.0, len(lowest)))[:, None]
+            pair = np.stack([(along * mode[:, :3]).ravel() for mode in (lowest, second)], axis=1)
             lowest = np.tensordot(np.linalg.svd(pair)[2][1], np.stack([lowest, second]), axes=1)
-        largest = lowest[:, :3].ravel()[np.argmax(np.abs(lowest[:, :3]))]
-        return np.asarray(lowest * (1.0 if largest >= 0.0 else -1.0))
+        moved = lowest[:, :3].ravel()
+        first = moved[np.argmax(np.abs(moved) >= LARGE * np.max(np.abs(moved)))]
+        return np.asarray(lowest * (1.0 if first >= 0.0 else -1.0))
 
     def _band(self, starts: Array) -> Array:
         """Return the matrix in LAPACK's band form, (2 REACH + 1, rows)."""
@@ -152,7 +158,8 @@ class SecondVariation:
         result = np.empty((len(self.sizes), 6))
         for i, first in enumerate(starts[:-1]):
             hold = self.held.get(i)
-            result[i] = vector[first : first + 6] if hold is None else hold.motions @ vector[first:][: hold.motions.shape[1]]
+            motions = np.eye(6) if hold is None else hold.motions
+            result[i] = motions @ vector[first : first + motions.shape[1]]
         return result
 
 
