@@ -39,8 +39,8 @@ class Curve:
         At a jump they are those of the given side. Between jumps that enclose fewer nodes those are all that is fitted: then it
         is a quintic or a cubic.
         """
-        nearest, at = self._at_jumps(s)
-        s = np.where(at, nearest, s)
+        nearest, there = self._at_jumps(s)
+        s = np.where(there, nearest, s)
         i = np.searchsorted(self.s, s, side="left" if side == "before" else "right") - 1
         i = np.clip(i, 0, len(self.s) - 2)
         i = self._wide[np.clip(np.searchsorted(self._wide, i), 0, len(self._wide) - 1)]  # off the intervals of no width
@@ -57,9 +57,9 @@ class Curve:
 
     def beside(self, s: Array, side: Side) -> Array:
         """Return s (m,) moved off the jumps to one side, where the rod's own data are those of that side."""
-        nearest, at = self._at_jumps(s)
+        nearest, there = self._at_jumps(s)
         step = ONE_PLACE * self.s[-1]
-        return np.where(at, nearest - step if side == "before" else nearest + step, s)
+        return np.where(there, nearest - step if side == "before" else nearest + step, s)
 
     def _at_jumps(self, s: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return the nearest jump to each s (m,), and whether s is there but for rounding."""

@@ -67,7 +67,7 @@ class Equilibrium:
                 f"problem.between is {checks.shown(self.between)}; it must be supports by their s, such as "
                 "{0.1: Pinned((0, 0, 0.1))}."
             )
-        result = []
+        result: list[tuple[float, Support]] = []
         for place, support in between.items():
             s = checks.number("problem.between", place, "m")
             checks.instance(f"problem.between[{s:g}]", support, Support, "a support, such as Pinned((0, 0, 0.1))")
