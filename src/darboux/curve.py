@@ -33,7 +33,7 @@ class Curve:
     y: Array
     dy: Array
 
-    def __call__(self, s: Array, side: Side = "behind") -> Array:
+    def __call__(self, s: Array, *, side: Side = "behind") -> Array:
         """Return the states at s (m,): (m, 13), by the polynomial that fits y and dy at the four nodes around s.
 
         At a jump they are those of the given side. Between jumps that enclose fewer nodes those are all that is fitted: then it

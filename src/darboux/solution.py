@@ -214,7 +214,7 @@ class EquilibriumSolution:
         if np.any(outside):
             raise InvalidInput(f"s is {points[outside][0]:g} m, but the rod runs from 0 to {length:g} m.")
         points = np.clip(points, 0.0, length)
-        return self.curve.beside(points, side), self.curve(points, side)
+        return self.curve.beside(points, side), self.curve(points, side=side)
 
     def _shaped(self, s: Any, values: Array) -> Array:
         return values[0] if np.ndim(s) == 0 else values
@@ -308,7 +308,7 @@ class EquilibriumSolution:
     # -- stress and strain ---------------------------------------------------------------------------------------
 
     def _axial_force_and_moment(self, s: Array, side: Side = "behind") -> tuple[Array, Array]:
-        y = self.curve(s, side)
+        y = self.curve(s, side=side)
         R = frames.matrix_of_quaternion(y[:, 3:7])
         return np.einsum("ni,ni->n", R[:, :, 2], y[:, 7:10]), np.einsum("nji,nj->ni", R, y[:, 10:13])
 
