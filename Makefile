@@ -29,8 +29,8 @@ test: $(DEV) ## the tests (ARGS="-k elastica" for some)
 
 fuzz: export MPLBACKEND = Agg
 fuzz: export DARBOUX_FUZZ = 2000
-fuzz: $(DEV) ## 2,000 random problems, 500 random motions and 10,000 damaged files of each kind (half an hour)
-	$(BIN)/python -m pytest tests/test_any_problem.py tests/test_any_motion.py tests/test_any_file.py $(ARGS)
+fuzz: $(DEV) ## 2,000 random problems, 300 by two methods, 500 random motions and 10,000 damaged files of each kind (half an hour)
+	$(BIN)/python -m pytest tests/test_any_problem.py tests/test_any_motion.py tests/test_any_file.py tests/test_close_places.py $(ARGS)
 
 validate: export MPLBACKEND = Agg
 validate: $(DEV) ## every reference case by every method, and docs/validation.md (some minutes)

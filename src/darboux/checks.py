@@ -17,6 +17,7 @@ from darboux.errors import InvalidInput
 
 Vector = tuple[float, float, float]
 ROUNDING = 1e-14  # of a unit vector's or a frame's length
+ONE_PLACE = 1e-12  # of the rod's length: places along it that are no farther apart are the same
 SHORTEST, LONGEST = 1e-15, 1e9  # m: what a length may be
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
+from darboux.checks import ONE_PLACE
 
 Array = NDArray[np.float64]
+Side = Literal["before", "behind"]
 
 MOST_NODES = 4  # of an interpolant: order 8
 GAUSS = 5  # points on an interval: of order 10, so that the interpolation between nodes sets the error, not the sum
@@ -22,19 +25,24 @@ class Curve:
     """States at nodes: ``s`` (n,) ascending in m; ``y`` (n, 13) and ``dy`` = dy/ds (n, 13).
 
     The 13 states are r (m), q (unit quaternion, scalar first), n (N) and m (N m), vectors in the fixed frame. Where
-    dy jumps (a load or a section with a step) the node stands twice, with the derivative of either side.
+    dy jumps (a load or a section with a step) the node stands twice, with the state and the derivative of either side: a jump.
+    A place next to a jump but for rounding is at it.
     """
 
     s: Array
     y: Array
     dy: Array
 
-    def __call__(self, s: Array) -> Array:
+    def __call__(self, s: Array, *, side: Side = "behind") -> Array:
         """Return the states at s (m,): (m, 13), by the polynomial that fits y and dy at the four nodes around s.
 
-        Between jumps that enclose fewer nodes those are all that is fitted: then it is a quintic or a cubic.
+        At a jump they are those of the given side. Between jumps that enclose fewer nodes those are all that is fitted: then it
+        is a quintic or a cubic.
         """
-        i = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
+        nearest, there = self._at_jumps(s)
+        s = np.where(there, nearest, s)
+        i = np.searchsorted(self.s, s, side="left" if side == "before" else "right") - 1
+        i = np.clip(i, 0, len(self.s) - 2)
         i = self._wide[np.clip(np.searchsorted(self._wide, i), 0, len(self._wide) - 1)]  # off the intervals of no width
         lowest, highest = self._smooth
         lowest, highest = lowest[i], highest[i]
@@ -46,6 +54,22 @@ class Curve:
             at = first[here, None] + np.arange(n)
             result[here] = _hermite(s[here], self.s[at], self.y[at], self.dy[at])
         return result
+
+    def beside(self, s: Array, side: Side) -> Array:
+        """Return s (m,) moved off the jumps to one side, where the rod's own data are those of that side."""
+        nearest, there = self._at_jumps(s)
+        step = ONE_PLACE * self.s[-1]
+        return np.where(there, nearest - step if side == "before" else nearest + step, s)
+
+    def _at_jumps(self, s: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the nearest jump to each s (m,), and whether s is there but for rounding."""
+        jumps = self.s[:-1][np.diff(self.s) == 0.0]
+        if len(jumps) == 0:
+            return s, np.zeros(len(s), dtype=bool)
+        i = np.clip(np.searchsorted(jumps, s), 1, max(len(jumps) - 1, 1))
+        low, high = jumps[i - 1], jumps[np.minimum(i, len(jumps) - 1)]
+        nearest = np.where(s - low <= high - s, low, high)
+        return nearest, np.abs(s - nearest) <= ONE_PLACE * self.s[-1]
 
     @cached_property
     def _wide(self) -> NDArray[np.intp]:

@@ -9,6 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray
 
+    from darboux.curve import Side
     from darboux.solution import EquilibriumSolution
 
 # Name, dimensions, unit and what it is. Fixed frame: component x, y, z; section's frame: director 1, 2, 3.
@@ -20,16 +21,24 @@ VARIABLES = (
     ("n", ("s", "component"), "N", "inner force, fixed frame"),
     ("m", ("s", "component"), "N m", "inner moment, fixed frame"),
 )
+CONTINUOUS = ("r", "R")
 ENERGIES = ("bending", "twist", "stretch", "supports", "load")
 
 
-def dataset(solution: EquilibriumSolution, s: Any) -> xarray.Dataset:
-    """Return r, R, k, v, n, m at s (n,) in m; status, method, model, load factor, energies (J) and errors as attributes."""
+def dataset(solution: EquilibriumSolution, s: Any, side: Side) -> xarray.Dataset:
+    """Return r, R, k, v, n, m at s (n,) in m, those of one side at jumps.
+
+    Status, method, model, load factor, energies (J) and errors are attributes.
+    """
     import xarray
 
     s = np.atleast_1d(s)
     data = {
-        name: (dimensions, getattr(solution, name)(s), {"units": unit, "long_name": meaning})
+        name: (
+            dimensions,
+            getattr(solution, name)(s, **({} if name in CONTINUOUS else {"side": side})),
+            {"units": unit, "long_name": meaning},
+        )
         for name, dimensions, unit, meaning in VARIABLES
     }
     coordinates = {

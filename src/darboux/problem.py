@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Iterable
 from dataclasses import field
 from functools import cached_property
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import checks, frames
-from darboux.checks import assign, description
+from darboux.checks import ONE_PLACE, assign, description
 from darboux.errors import InvalidInput
 from darboux.loads import Distributed, EndLoad, Foundation, LineCouple, LineForce, Load, breaks_of
 from darboux.profile import Table
@@ -66,19 +67,31 @@ class Equilibrium:
                 f"problem.between is {checks.shown(self.between)}; it must be supports by their s, such as "
                 "{0.1: Pinned((0, 0, 0.1))}."
             )
-        result = []
+        result: list[tuple[float, Support]] = []
         for place, support in between.items():
             s = checks.number("problem.between", place, "m")
             checks.instance(f"problem.between[{s:g}]", support, Support, "a support, such as Pinned((0, 0, 0.1))")
-            if not 0.0 < s < self.rod.length:
+            if not self._is_between(s):
                 raise InvalidInput(
                     f"problem.between has a support at s = {s:g} m, but the rod runs from 0 to {self.rod.length:g} m; a support "
                     "of an end is start or end."
                 )
             if not support.holds:
                 raise InvalidInput(f"problem.between[{s:g}] is Free(), which holds nothing; leave it out.")
+            if any(self._is_same(s, other) for other, _ in result):
+                raise InvalidInput(
+                    f"problem.between has two supports at s = {s:g} m, apart by rounding; give one that holds what both hold."
+                )
             result.append((s, support))
         return tuple(sorted(result, key=lambda pair: pair[0]))
+
+    def _is_between(self, s: float) -> bool:
+        """Whether a place in m is between the ends, farther from them than rounding."""
+        return 0.0 < s < self.rod.length and not (self._is_same(s, 0.0) or self._is_same(s, self.rod.length))
+
+    def _is_same(self, a: float, b: float) -> bool:
+        """Whether two places in m are the same but for rounding."""
+        return abs(a - b) <= ONE_PLACE * self.rod.length
 
     @property
     def supports(self) -> tuple[tuple[float, Support], ...]:
@@ -130,7 +143,7 @@ class Equilibrium:
     def _check_loads(self) -> None:
         ends = {"start": self.start, "end": self.end}
         for i, load in enumerate(self.loads):
-            if load.station is not None and not 0.0 < load.station < self.rod.length:
+            if load.station is not None and not self._is_between(load.station):
                 where = "starts at 0" if load.station <= 0.0 else f"ends at {self.rod.length:g}"
                 raise InvalidInput(
                     f"loads[{i}].at is {load.station:g} m, but the rod {where} m; a load on an end is an EndForce or EndMoment."
@@ -176,8 +189,17 @@ class Equilibrium:
         """The loads at points between the ends: by s in m, ascending, the sum of what acts there."""
         result: dict[float, EndLoad] = {}
         for load in sorted((load for load in self.loads if load.station is not None), key=lambda load: load.station):
-            load.add_point(result.setdefault(load.station, EndLoad()))
+            place = self._among(load.station, (*dict(self.between), *result))
+            load.add_point(result.setdefault(place, EndLoad()))
         return result
+
+    def point_of(self, load: Load) -> float | None:
+        """Return at which of the points a load acts, by s in m, or None."""
+        return None if load.station is None else self._among(load.station, self.points)
+
+    def _among(self, s: float, places: Iterable[float]) -> float:
+        """Return the one of the places that is the same as s but for rounding, or s."""
+        return next((place for place in places if self._is_same(s, place)), s)
 
     @cached_property
     def stations(self) -> dict[float, tuple[Support, EndLoad]]:

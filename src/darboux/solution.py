@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import balance, frames, link, stress
+from darboux import balance, checks, frames, link, stress
 from darboux.balance import Balance
-from darboux.checks import real_array, shown, whole
-from darboux.curve import Curve, gauss_points
+from darboux.checks import ONE_PLACE, real_array, shown, whole
+from darboux.curve import Curve, Side, gauss_points
 from darboux.dataset import dataset
 from darboux.errors import InvalidInput, NotConverged
 from darboux.modes import Modes
@@ -122,6 +122,9 @@ class ErrorEstimate:
 class EquilibriumSolution:
     """The solution of an ``Equilibrium``. Call r, R, k, v, n, m with any s in [0, length], one number or an array.
 
+    Where a point load, a support or a step of the section makes k, v, n, m or the stress jump, they are those behind the jump,
+    at larger s; with ``side="before"`` those before it, as in ``solution.m(0.5, side="before")``.
+
     ``problem`` and ``method`` made it; ``model`` names the theory that was solved ("inextensible", "stretch", ...);
     ``status`` says how the solve ended; ``statistics`` counts what it took; ``index`` is the number of unstable
     directions where the method counts them (0: stable), else None; ``elastic_parts`` are the energies of bending, twist
@@ -212,7 +215,8 @@ class EquilibriumSolution:
         """The nodes of the solution in m: (n,), those at a jump once."""
         return np.unique(self.curve.s)
 
-    def _states(self, s: Any) -> tuple[Array, Array]:
+    def _states(self, s: Any, side: Side = "behind") -> tuple[Array, Array]:
+        checks.choice("side", side, ("before", "behind"))
         length = self.problem.rod.length
         try:
             points = np.atleast_1d(real_array(s))
@@ -224,7 +228,7 @@ class EquilibriumSolution:
         if np.any(outside):
             raise InvalidInput(f"s is {points[outside][0]:g} m, but the rod runs from 0 to {length:g} m.")
         points = np.clip(points, 0.0, length)
-        return points, self.curve(points)
+        return self.curve.beside(points, side), self.curve(points, side=side)
 
     def _shaped(self, s: Any, values: Array) -> Array:
         return values[0] if np.ndim(s) == 0 else values
@@ -237,22 +241,22 @@ class EquilibriumSolution:
         """Return the frame, columns d1, d2, d3: (3, 3) or (n, 3, 3)."""
         return self._shaped(s, frames.matrix_of_quaternion(self._states(s)[1][:, 3:7]))
 
-    def n(self, s: Any) -> Array:
+    def n(self, s: Any, side: Side = "behind") -> Array:
         """Return the inner force in N, fixed frame: (3,) or (n, 3)."""
-        return self._shaped(s, self._states(s)[1][:, 7:10])
+        return self._shaped(s, self._states(s, side)[1][:, 7:10])
 
-    def m(self, s: Any) -> Array:
+    def m(self, s: Any, side: Side = "behind") -> Array:
         """Return the inner moment in N m, fixed frame: (3,) or (n, 3)."""
-        return self._shaped(s, self._states(s)[1][:, 10:13])
+        return self._shaped(s, self._states(s, side)[1][:, 10:13])
 
-    def k(self, s: Any) -> Array:
+    def k(self, s: Any, side: Side = "behind") -> Array:
         """Return curvature and twist, k = k0 + B^-1 R^T m + D R^T n, in 1/m, section's frame: (3,) or (n, 3)."""
-        points, y = self._states(s)
+        points, y = self._states(s, side)
         return self._shaped(s, self.problem.rod.k0(points) + self._section(points, y)[1][:, 3:])
 
-    def v(self, s: Any) -> Array:
+    def v(self, s: Any, side: Side = "behind") -> Array:
         """Return stretch and shear, v = (0, 0, 1) + S^-1 R^T n + D^T R^T m, section's frame: (3,) or (n, 3)."""
-        points, y = self._states(s)
+        points, y = self._states(s, side)
         return self._shaped(s, np.array([0.0, 0.0, 1.0]) + self._section(points, y)[1][:, :3])
 
     def _section(self, points: Array, y: Array) -> tuple[Array, Array]:
@@ -283,7 +287,7 @@ class EquilibriumSolution:
 
     def _reaction_at(self, s: float) -> Reaction:
         """What a support between the ends does: the jump of n and m, less the point loads there."""
-        node = int(np.searchsorted(self.curve.s, s - 1e-12 * self.problem.rod.length))
+        node = int(np.searchsorted(self.curve.s, s - ONE_PLACE * self.problem.rod.length))
         before, behind = self.curve.y[node], self.curve.y[node + 1]
         return self._reaction(before[7:13] - behind[7:13], before, self.problem.stations[s][1])
 
@@ -316,12 +320,12 @@ class EquilibriumSolution:
 
     # -- stress and strain ---------------------------------------------------------------------------------------
 
-    def _axial_force_and_moment(self, s: Array) -> tuple[Array, Array]:
-        y = self.curve(s)
+    def _axial_force_and_moment(self, s: Array, side: Side = "behind") -> tuple[Array, Array]:
+        y = self.curve(s, side=side)
         R = frames.matrix_of_quaternion(y[:, 3:7])
         return np.einsum("ni,ni->n", R[:, :, 2], y[:, 7:10]), np.einsum("nji,nj->ni", R, y[:, 10:13])
 
-    def stress(self, s: Any) -> Stress:
+    def stress(self, s: Any, side: Side = "behind") -> Stress:
         """Return the stress in Pa at s: of the axial force, of bending and torsion on the section's outline, and von Mises'.
 
             axial = N3 / A,   bending = M1 x2 / I1 - M2 x1 / I2,   torsion = |M3| t(x1, x2);   N = R^T n,  M = R^T m
@@ -330,8 +334,8 @@ class EquilibriumSolution:
         shear stress of the transverse force, smaller than bending's by the thickness over the length, is left out. Under
         ``Buoyancy`` n is the effective force. Each part has the shape of s. Raises ``InvalidInput`` for a ``Stiffness``.
         """
-        points, _ = self._states(s)
-        found = stress.stress(self.problem.rod, points, *self._axial_force_and_moment(points))
+        points, _ = self._states(s, side)
+        found = stress.stress(self.problem.rod, points, *self._axial_force_and_moment(points, side))
         return Stress(*(self._shaped(s, getattr(found, part)) for part in ("axial", "bending", "torsion", "von_mises")))
 
     @cached_property
@@ -436,9 +440,9 @@ class EquilibriumSolution:
 
     # -- for reading and for other tools -------------------------------------------------------------------------
 
-    def to_dataset(self, s: Any = None) -> xarray.Dataset:
-        """Return r, R, k, v, n, m as an ``xarray.Dataset`` with units, at s (n,) in m, or at the nodes."""
-        return dataset(self, self.s if s is None else s)
+    def to_dataset(self, s: Any = None, side: Side = "behind") -> xarray.Dataset:
+        """Return r, R, k, v, n, m as an ``xarray.Dataset`` with units, at s (n,) in m, or at the nodes; ``side`` as for ``m``."""
+        return dataset(self, self.s if s is None else s, side)
 
     def __repr__(self) -> str:
         return f"<EquilibriumSolution by {self.method}: {self.status.code}, tip {vector(self.tip)} m>"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.checks import ONE_PLACE
 from darboux.errors import InvalidInput
 from darboux.rod import Rod
 
@@ -157,7 +158,9 @@ def _along(
         return _round_outline(rod, s.ravel(), *inner(s.ravel()), kind)[1].reshape(s.shape)
 
     samples = int(np.clip(ALONG // len(nodes), 2, 16)) + 1
-    s = np.linspace(nodes[:-1], np.nextafter(nodes[1:], 0.0), samples, axis=1)  # to the left of a jump at the end
+    off = np.minimum(2.0 * ONE_PLACE * nodes[-1], 0.25 * np.diff(nodes))  # from a jump, to the side of the interval
+    first, last = nodes[:-1] + np.append(0.0, off[1:]), nodes[1:] - np.append(off[:-1], 0.0)
+    s = np.linspace(first, last, samples, axis=1)
     highest = np.argsort(-np.max(sampled(s.ravel()).reshape(s.shape), axis=1))[:REFINED]
     place, value = _largest(largest_at, s[highest])
     best = place[[np.argmax(value)]]

@@ -87,7 +87,7 @@ def acting(
         for pair, s in zip(points, problem.points, strict=True):
             total = EndLoad()
             for load in loads:
-                if load.station == s:
+                if problem.point_of(load) == s:
                     load.add_point(total)
             f[g, pair[0].place[1]] += total.force / scale.force
             for carrier in pair:

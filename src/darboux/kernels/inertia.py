@@ -1,9 +1,11 @@
-"""How many eigenvalues of a symmetric block tridiagonal matrix are negative.
+"""How many eigenvalues of a symmetric block tridiagonal matrix are negative, whose blocks may be indefinite or singular.
 
-Block elimination keeps the number (Sylvester's law of inertia): S_0 = D_0, S_i = D_i - E_i S_i-1^-1 E_i^T. A block that
-has a Cholesky factor has none; of the few others the eigenvalues are computed by Jacobi's rotations.
+L D L^T block by block, with pivots of one and of two rows: Sylvester's law of inertia counts those of D. A pivot must be at
+least PIVOT times what stands beside it in all rows, those of the next block among them, so that nothing grows; rows without
+such a pivot wait for the next block, as in a frontal method.
 
-Source: G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed. (2013), sections 4.2, 8.1.5 and 8.5.
+Source: I. S. Duff and J. K. Reid, The multifrontal solution of indefinite sparse symmetric linear equations, ACM Trans.
+Math. Softw. 9 (1983) 302, sections 2 and 3; G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed. (2013), section 8.1.5.
 """
 
 from __future__ import annotations
@@ -11,123 +13,119 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.jit import jit
+from darboux.kernels.jit import inline, jit
 
 Array = NDArray[np.float64]
 
-BLOCK = 6  # rows of a block; a block may use fewer
+BLOCK = 12  # rows of a block; a block may use fewer
 SQUARE = BLOCK * BLOCK
-MOST_SWEEPS = 30
-SMALL = 1e-15  # of the largest entry: what Jacobi's rotations leave off the diagonal
+FRONT = 4 * BLOCK  # rows at hand: a block, the next one, and what waits
+PIVOT = 0.1  # a pivot over the largest entry beside it: growth is at most 1 + 1 / PIVOT per row
 
 
-@jit
-def _inverse_by_cholesky(S: Array, n: int, inverse: Array) -> bool:
-    """Write S^-1 and return True, or return False where S is not positive definite."""
-    L = np.zeros(SQUARE)
-    for j in range(n):
-        square = S[j * BLOCK + j]
-        for k in range(j):
-            square -= L[j * BLOCK + k] ** 2
-        if not square > 0.0:
-            return False
-        L[j * BLOCK + j] = np.sqrt(square)
-        for i in range(j + 1, n):
-            value = S[i * BLOCK + j]
-            for k in range(j):
-                value -= L[i * BLOCK + k] * L[j * BLOCK + k]
-            L[i * BLOCK + j] = value / L[j * BLOCK + j]
-    for column in range(n):
-        for i in range(n):
-            value = 1.0 if i == column else 0.0
-            for k in range(i):
-                value -= L[i * BLOCK + k] * inverse[k * BLOCK + column]
-            inverse[i * BLOCK + column] = value / L[i * BLOCK + i]
-        for i in range(n - 1, -1, -1):
-            value = inverse[i * BLOCK + column]
-            for k in range(i + 1, n):
-                value -= L[k * BLOCK + i] * inverse[k * BLOCK + column]
-            inverse[i * BLOCK + column] = value / L[i * BLOCK + i]
-    return True
+@inline
+def _swap(F: Array, n: int, i: int, j: int) -> None:
+    """Exchange rows and columns i and j of the first n."""
+    for k in range(n):
+        F[i * FRONT + k], F[j * FRONT + k] = F[j * FRONT + k], F[i * FRONT + k]
+    for k in range(n):
+        F[k * FRONT + i], F[k * FRONT + j] = F[k * FRONT + j], F[k * FRONT + i]
 
 
-@jit
-def _inverse_by_jacobi(S: Array, n: int, inverse: Array, tolerance: float) -> int:
-    """Write S^-1 and return how many eigenvalues lie below -tolerance; S is overwritten."""
-    V = np.zeros(SQUARE)
+@inline
+def _beside(F: Array, n: int, i: int, j: int) -> float:
+    """The largest entry of row i outside the columns i and j."""
     largest = 0.0
-    for i in range(n):
-        V[i * BLOCK + i] = 1.0
-        for j in range(n):
-            largest = max(largest, abs(S[i * BLOCK + j]))
-    for _ in range(MOST_SWEEPS):
-        off = 0.0
-        for p in range(n):
-            for q in range(p + 1, n):
-                off = max(off, abs(S[p * BLOCK + q]))
-        if off <= SMALL * largest:
-            break
-        for p in range(n):
-            for q in range(p + 1, n):
-                if S[p * BLOCK + q] == 0.0:
-                    continue
-                theta = (S[q * BLOCK + q] - S[p * BLOCK + p]) / (2.0 * S[p * BLOCK + q])
-                t = (1.0 if theta >= 0.0 else -1.0) / (abs(theta) + np.sqrt(theta * theta + 1.0))
-                c = 1.0 / np.sqrt(t * t + 1.0)
-                s = t * c
-                for k in range(n):
-                    a, b = S[k * BLOCK + p], S[k * BLOCK + q]
-                    S[k * BLOCK + p], S[k * BLOCK + q] = c * a - s * b, s * a + c * b
-                for k in range(n):
-                    a, b = S[p * BLOCK + k], S[q * BLOCK + k]
-                    S[p * BLOCK + k], S[q * BLOCK + k] = c * a - s * b, s * a + c * b
-                for k in range(n):
-                    a, b = V[k * BLOCK + p], V[k * BLOCK + q]
-                    V[k * BLOCK + p], V[k * BLOCK + q] = c * a - s * b, s * a + c * b
-    negative = 0
-    for i in range(n):
-        for j in range(n):
-            value = 0.0
-            for k in range(n):
-                value += V[i * BLOCK + k] * V[j * BLOCK + k] / S[k * BLOCK + k]
-            inverse[i * BLOCK + j] = value
-        if S[i * BLOCK + i] < -tolerance:
-            negative += 1
-    return negative
+    for k in range(n):
+        if k != i and k != j:
+            largest = max(largest, abs(F[i * FRONT + k]))
+    return largest
 
 
 @jit
-def negative_eigenvalues(
-    diagonal: Array, beside: Array, sizes: NDArray[np.int64], tolerance: float, rounding: float
-) -> int:
-    """Count the eigenvalues of the blocks below -tolerance, or -rounding times the block's own largest entry.
+def _pivot(F: Array, first: int, n: int) -> tuple[int, int, float]:
+    """Return the best pivot among the rows from `first` on, one row (i, i) or two, and its size over what stands beside it."""
+    best_i, best_j, best = first, first, -1.0
+    for i in range(first, n):
+        size, beside = abs(F[i * FRONT + i]), _beside(F, n, i, i)
+        ratio = size / beside if beside > 0.0 else (np.inf if size > 0.0 else 0.0)
+        if ratio > best:
+            best_i, best_j, best = i, i, ratio
+    if best >= PIVOT:
+        return best_i, best_j, best
+    for i in range(first, n):
+        for j in range(first, i):
+            a, b, c = F[i * FRONT + i], F[i * FRONT + j], F[j * FRONT + j]
+            x, y = _beside(F, n, i, j), _beside(F, n, j, i)
+            growth = max(abs(c) * x + abs(b) * y, abs(b) * x + abs(a) * y)
+            det = abs(a * c - b * b)
+            ratio = det / growth if growth > 0.0 else (np.inf if det > 0.0 else 0.0)
+            if ratio > best:
+                best_i, best_j, best = i, j, ratio
+    return best_i, best_j, best
 
-    diagonal (N x 36,); beside (N - 1 x 36,), below the diagonal; sizes (N,) how many rows and columns of a block count.
+
+@jit
+def _eliminate(F: Array, n: int, two: bool) -> int:
+    """Eliminate the last row of n, or the last two; return how many of the pivot's eigenvalues are negative."""
+    p = n - 1
+    if not two:
+        d = F[p * FRONT + p]
+        if d == 0.0:
+            return 0
+        for i in range(p):
+            factor = F[i * FRONT + p] / d
+            for k in range(i + 1):
+                F[i * FRONT + k] -= factor * F[k * FRONT + p]
+                F[k * FRONT + i] = F[i * FRONT + k]
+        return 1 if d < 0.0 else 0
+    q = n - 2
+    a, b, c = F[q * FRONT + q], F[q * FRONT + p], F[p * FRONT + p]
+    det = a * c - b * b
+    for i in range(q):
+        x, y = F[i * FRONT + q], F[i * FRONT + p]
+        at_q, at_p = (c * x - b * y) / det, (a * y - b * x) / det
+        for k in range(i + 1):
+            F[i * FRONT + k] -= at_q * F[k * FRONT + q] + at_p * F[k * FRONT + p]
+            F[k * FRONT + i] = F[i * FRONT + k]
+    return 1 if det < 0.0 else (2 if a < 0.0 else 0)
+
+
+@jit
+def negative_eigenvalues(diagonal: Array, below: Array, sizes: NDArray[np.int64]) -> int:
+    """Count the negative eigenvalues.
+
+    diagonal (N x 144,); below (N - 1 x 144,), each block's coupling with the one before it; sizes (N,) how many rows and columns
+    of a block count.
     """
-    S, inverse, product = np.zeros(SQUARE), np.zeros(SQUARE), np.zeros(SQUARE)
-    negative = 0
+    F, new = np.zeros(FRONT * FRONT), np.zeros(FRONT * FRONT)
+    negative, n = 0, sizes[0]
+    for a in range(n):
+        for b in range(n):
+            F[a * FRONT + b] = diagonal[a * BLOCK + b]
     for i in range(sizes.size):
-        n = sizes[i]
-        largest = 0.0
+        # `n` rows at hand: those of block i first, then the ones that wait. Those of block i + 1 go in front of them.
+        ahead = sizes[i + 1] if i + 1 < sizes.size else 0
         for a in range(n):
             for b in range(n):
-                S[a * BLOCK + b] = diagonal[i * SQUARE + a * BLOCK + b]
-                largest = max(largest, abs(S[a * BLOCK + b]))
-        if i > 0 and n > 0 and sizes[i - 1] > 0:
-            before, E = sizes[i - 1], (i - 1) * SQUARE
-            for a in range(n):
-                for b in range(before):
-                    value = 0.0
-                    for k in range(before):
-                        value += beside[E + a * BLOCK + k] * inverse[k * BLOCK + b]
-                    product[a * BLOCK + b] = value
-            for a in range(n):
-                for b in range(a + 1):
-                    value = 0.0
-                    for k in range(before):
-                        value += product[a * BLOCK + k] * beside[E + b * BLOCK + k]
-                    S[a * BLOCK + b] -= value
-                    S[b * BLOCK + a] = S[a * BLOCK + b]
-        if n > 0 and not _inverse_by_cholesky(S, n, inverse):
-            negative += _inverse_by_jacobi(S, n, inverse, max(tolerance, rounding * largest))
+                new[(ahead + a) * FRONT + ahead + b] = F[a * FRONT + b]
+        for a in range(ahead):
+            for b in range(ahead):
+                new[a * FRONT + b] = diagonal[(i + 1) * SQUARE + a * BLOCK + b]
+            for b in range(n):
+                value = below[i * SQUARE + a * BLOCK + b] if b < sizes[i] else 0.0
+                new[a * FRONT + ahead + b] = value
+                new[(ahead + b) * FRONT + a] = value
+        F, new = new, F
+        n += ahead
+        while n > ahead:
+            p, q, size = _pivot(F, ahead, n)
+            if size < PIVOT and ahead > 0 and n <= FRONT - BLOCK:
+                break
+            _swap(F, n, p, n - 1)
+            two = p != q
+            if two:
+                _swap(F, n, p if q == n - 1 else q, n - 2)
+            negative += _eliminate(F, n, two)
+            n -= 2 if two else 1
     return negative

@@ -332,7 +332,8 @@ class Equations:
             i: Held.by(c.support, q[i], c.stiffness_at(q[i], load_factor))
             for i, c in zip([0, *stations, mesh.elements], conditions, strict=True)
         }
-        return stability.second_variation(T, held, force)
+        moments = mesh.y[:-1, MOMENT:][mesh.wide], mesh.y[1:, MOMENT:][mesh.wide]
+        return stability.second_variation(T, np.unique(mesh.x), moments, held, force)
 
     def tangent(self, state: State, load_factor: float) -> tuple[Array, float]:
         """Return the change of the nodes per unit of load factor, and the largest turn in it."""

@@ -7,6 +7,7 @@ Sources: M. Bergou, M. Wardetzky, S. Robinson, B. Audoly and E. Grinspun, Discre
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import replace
 from functools import partial
@@ -22,10 +23,13 @@ from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status, same_branch
 from darboux.statics import discrete_fields, discrete_modes, hanging_chain, limits, load_path, pendulum
 from darboux.statics.discrete_branch import ChainBranch
-from darboux.statics.discrete_chain import Chain, nodes_along
+from darboux.statics.discrete_chain import Chain, nodes_along, places_of_vertices
 
 CLAMPS = ("half_cell", "two_vertices")
 LARGEST_LOAD = 3e8  # dimensionless
+NARROWEST = (
+    5e-8  # of L, times the root of the segments: an edge whose stiffness EI / (h l^2) has a rounding like the rod's own
+)
 INEXTENSIBLE = 1e-6  # relative stretch that multipliers leave at most
 FLATTEST = 0.05  # an edge shorter than this, over its rest length, is compressed to nothing
 
@@ -90,6 +94,13 @@ class DiscreteRod:
             return own
         if problem.rod.shear:
             return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation(), or set shear=False."
+        least = NARROWEST * self.segments**0.5 * problem.rod.length
+        for (a, _), (b, _) in itertools.pairwise([(0.0, None), *problem.between, (problem.rod.length, None)]):
+            if b - a < least:
+                return (
+                    f"a support is {b - a:.3g} m from the next one or an end; DiscreteRod({self.segments}) needs {least:.2g} m "
+                    "between, or rounding hides the rest; use Collocation(), or one support for both."
+                )
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
     def _refuses_ring(self, problem: Ring) -> str | None:
@@ -117,7 +128,7 @@ class DiscreteRod:
     def _solved(self, problem: Equilibrium, parts: int) -> EquilibriumSolution:
         """Return the equilibrium on the nodes, or on those with each segment in two parts (a ring's: in three)."""
         began = time.perf_counter()
-        stations = [s / problem.rod.length for s in problem.stations]
+        stations = places_of_vertices(problem, self.segments)
         held = problem.start.holds, problem.end.holds
         if isinstance(problem, Ring):
             nodes = (np.arange(parts * self.segments + 2) - 0.5) / (parts * self.segments)

@@ -296,6 +296,8 @@ class ChainBranch:
         if float(np.min(self.chain.stretch(settled))) < FLATTEST - 1.0:
             return None
         negative = settled.unstable or 0
+        if self.chain.lent:  # the last change of Newton's method was small as a turn, not as a stretch of what is lent
+            negative = self.index(settled, load_factor) or 0
         index = None if self.general is not None else negative
         return load_path.Corrected(settled, turn, _sign(negative), iterations, index)
 

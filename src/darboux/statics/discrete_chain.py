@@ -49,6 +49,7 @@ SLACK = 1e3  # and, on the way, of a rod held at both ends: as a straight one it
 # buckling loads at once
 SHIFT = 1e-5  # of EI / L^3 and EI / L, per length: what is lent to motions that nothing resists, as a round rod's spin
 SHIFT_OF_RING = 1e-4  # the same, above the rounding of the penalty, which a ring that turns feels
+CLOSE = 0.05  # of a mean edge: a point load this close to another place acts from there
 GHOST = 0.5  # length of a ghost edge, over its neighbour's
 
 
@@ -182,17 +183,26 @@ class Chain:
         self.distributed = self.f.copy()
         for at, i in (("start", 1), ("end", -2)):
             self.f[i] += self.problem.end_load(at).force / self.scale.force
+        self.lever = np.zeros_like(self.f)
         self.points: list[PointLoad] = []
         for s, load in self.problem.points.items():
             i = self.vertex(s)
             share = self.l[[i, i - 1]] / (self.l[i - 1] + self.l[i])  # of the edges in front of it and behind it
             self.f[i] += load.force / self.scale.force
+            beyond = s / self.problem.rod.length - self.nodes[i - 1]
+            if beyond != 0.0:
+                other = i + (1 if beyond > 0.0 else -1)
+                part = beyond / (self.nodes[other - 1] - self.nodes[i - 1]) * load.force / self.scale.force
+                self.lever[other] += part
+                self.lever[i] -= part
             self.couples[[i - 1, i]] += share[:, None] * load.moment / self.scale.moment
             c = coefficients.columns(self.problem, self.scale, self.nodes[i - 1 : i])[:, BINV : BINV + 6]
             c = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0]
             edges, dead = np.array([i - 1, i]), load.moment / self.scale.moment
             p, d = load.section_force / self.scale.force, load.section_moment / self.scale.moment
+            d = d + beyond * np.array([-p[1], p[0], 0.0])
             self.points.append(PointLoad(edges, share, c, p, d, dead, load.eccentric / self.scale.moment))
+        self.f += self.lever
         followers = [self.section_force, *(point.force for point in self.points)]
         loads = sum(float(np.sum(np.abs(part))) for part in (self.f, self.C, *followers))
         self.penalty = PENALTY + (PENALTY_OF_LOADS if self.cable is None else PENALTY_OF_CABLE) * loads
@@ -595,6 +605,19 @@ def _advanced(state: State, step: Array) -> State:
     new = State(np.empty_like(state.x), np.empty_like(state.t), np.empty_like(state.d1), state.m.copy())
     discrete_rod.advance(state, step, 1.0, new)
     return new
+
+
+def places_of_vertices(problem: Equilibrium, segments: int) -> list[float]:
+    """Return the places, over L, that need a vertex of their own: all supports, and point loads that are not close to one of those.
+
+    An edge much shorter than the others is so stiff that rounding hides the rest; a load acts beyond its vertex by a lever.
+    """
+    L = problem.rod.length
+    places = [s / L for s, _ in problem.between]
+    for s in problem.points:
+        if all(abs(s / L - other) > CLOSE / segments for other in (0.0, *places, 1.0)):
+            places.append(s / L)
+    return sorted(places)
 
 
 def nodes_along(

@@ -23,7 +23,7 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     ``gradient`` is that of the energy, less the loads, by all packed unknowns: by the held ones it is the supports' force.
     """
     x, R = shape.state.x.reshape(-1, 3)[1:-1], chain.frames(shape)
-    stations = np.array([chain.vertex(s) - 1 for s in chain.problem.stations], dtype=int)
+    stations = np.array(_at_vertices(chain), dtype=int)
     loads = chain.edge_loads(shape, load_factor)
     n_edges, n = _forces(chain, x, loads, load_factor, gradient)
     if chain.closed:  # s = 0 and s = L are in the middle of the edge that is held
@@ -41,6 +41,8 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     for i in stations:
         _part(chain, i, load_factor, n_edges, y[behind[i] : behind[i] + 2])
     for point in chain.points:  # the couple on each edge acts between its springs
+        if point.edges[0] not in stations:  # so close to an end that it counts there
+            continue
         for side, j, share in zip((0, 1), point.edges, point.share, strict=True):
             couple = share * (load_factor * point.dead + point.on_edge(R[j], load_factor)[2])
             y[behind[point.edges[0]] + side, 10:13] += (1 - 2 * side) * couple
@@ -78,6 +80,12 @@ def _add_slopes(chain: Chain, load: Any, load_factor: float, nodes: Array, y: Ar
         dy[:, 10:13] -= value / scale.force
 
 
+def _at_vertices(chain: Chain) -> list[int]:
+    """Return the vertices between the ends where n and m may jump."""
+    at = {chain.vertex(s) - 1 for s in chain.problem.stations}
+    return sorted(i for i in at if 0 < i < chain.edges)
+
+
 def _part(chain: Chain, i: int, load_factor: float, n: Array, y: Array) -> None:
     """Part a station's force: y (2, 13) in front of it and behind it."""
     a, b = chain.l[i : i + 2] / (chain.l[i] + chain.l[i + 1])
@@ -106,7 +114,8 @@ def _quaternions(chain: Chain, R: Array, load_factor: float) -> Array:
 
 def _forces(chain: Chain, x: Array, loads: EdgeLoads, load_factor: float, gradient: Array) -> tuple[Array, Array]:
     """Return the inner force in each edge, by balance from the start on, and at each vertex."""
-    applied = load_factor * (chain.f[1:-1] + np.einsum("nij,nj->ni", symmetric(chain.C[1:-1]), x))
+    dead = (chain.f - chain.lever)[1:-1]  # a load close to a vertex counts there
+    applied = load_factor * (dead + np.einsum("nij,nj->ni", symmetric(chain.C[1:-1]), x))
     applied += loads.F[1:, 0] + loads.F[:-1, 1]
     reaction = np.append(gradient, 0.0).reshape(-1, 4)[:, :3]
     reaction[1] += reaction[0]

@@ -347,7 +347,8 @@ class _Pieces:
             stiffness = np.zeros((6, 6))
             stiffness[3:, 3:] = -0.5 * (by_turn + by_turn.T) * (load_factor / self.scale.moment)
             held[i] = stability.Held.by(getattr(self.problem, at), state.y[i, _Q], stiffness)
-        return stability.second_variation(_by_turns(transfer, state.y), held, force).index
+        moments = state.y[:-1, MOMENT:], state.y[1:, MOMENT:]
+        return stability.second_variation(_by_turns(transfer, state.y), state.x, moments, held, force).index
 
     def tangent(self, state: _Nodes, load_factor: float) -> tuple[Array, float]:
         """Solve J dy/d(load factor) = -dF/d(load factor), the right side by a difference of two passes."""

@@ -1,40 +1,45 @@
 r"""How many directions lower the energy of an equilibrium: the index of the second variation, from transfer matrices.
 
 Over one piece of the rod small changes go from start to end by d_1 = A d_0 + B p_0, p_1 = C d_0 + D p_0, with the
-displacements d = (dr, theta) and the forces p = (dn, dm), all in the fixed frame. What holds the piece's ends in changed
-places is therefore
+displacements d = (dr, theta) and the forces p = (dn, dm), all in the fixed frame. The energy of the change is
 
-    [-p_0]   [ B^-1 A           -B^-1  ] [d_0]
-    [ p_1] = [ C - D B^-1 A     D B^-1 ] [d_1]                                                       (1)
+    p_0 . (A^-1 d_1 - d_0) - 1/2 p_0 . A^-1 B p_0 + 1/2 d_1 . C A^-1 d_1,   stationary in p_0             (1)
 
-Over pieces that are stable with both ends held, the second variation has as many negative directions as the sum of these
-matrices over the nodes (block tridiagonal, symmetric at an equilibrium under loads with a potential), and block
-elimination counts them by Sylvester's law of inertia. An inextensible rod is given a compliance of stretch so small that
-it changes no sign: B would be singular where the rod is straight.
+No B is inverted, so that a piece may be as short and as stiff as it likes: A is near 1, B and C near 0. The sum of (1) over
+the pieces, with what holds the nodes, is a symmetric matrix in the d and p of all nodes, block tridiagonal. Of its negative
+eigenvalues each p_0 has as many as A^-1 B has positive ones; the rest is the index, by Sylvester's law of inertia
+(Haynsworth's formula), if every piece is stable with both ends held.
+
+Two small numbers make zeros say what they are: a soft foundation makes a free motion positive, and an inextensible rod has
+a compliance of stretch, so that a straight one between two supports has a force.
 """
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
-from darboux.kernels.inertia import negative_eigenvalues
+from darboux.kernels.inertia import BLOCK, negative_eigenvalues
 from darboux.problem import Equilibrium
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
 COMPLIANCE = 1e-7  # of stretch, over 1 + the largest dimensionless force
-ROUNDING = 1e-13  # of a block's largest entry
+FOUNDATION = 1e-5  # per length, over what the rod resists and carries: more than Newton's method leaves over on the way
 SAME = 1e-4  # relative: eigenvalues closer than this belong to one another
-TIED = 3e-15  # of the largest entry: what rounding alone makes of two equal eigenvalues
+TIED = 1e-6  # of the shift: what rounding alone makes of two equal eigenvalues
 LARGE = 0.99  # of the largest displacement: as large as that, but for rounding
 LESS = 0.13  # the weight of a direction or a place that comes after another
-NEGATIVE = 1e-5  # eigenvalues above minus this, over the same, are those of a free motion
+CLOSE = 1e-3  # relative: how well the lowest eigenvalue is found
+# The shift over the lowest eigenvalue and over the foundation: near to it, but not so near that the second mode drowns in it.
+BESIDE, APART = 1.05, 100.0
+ITERATIONS = 12  # of a pair of modes
+ROUNDING = 1e-12  # of a piece's compliance
+REACH = BLOCK - 1  # half-bandwidth of the whole matrix
 
 
 def has_potential(problem: Equilibrium) -> bool:
@@ -73,79 +78,151 @@ class Held:
 
 @dataclass(frozen=True)
 class SecondVariation:
-    """The second variation over the nodes: blocks on the diagonal and below it, reduced to the motions that are free.
+    """The sum of (1) over the pieces, in the motions that are free at the nodes and the forces at the starts of the pieces.
 
-    ``diagonal`` (N + 1, 6, 6) and ``below`` (N, 6, 6), of which ``sizes`` (N + 1,) rows and columns count; ``held`` what holds a
-    node, by its number; ``tolerance`` what an eigenvalue must be below to count as negative.
+    ``diagonal`` (N + 1, 12, 12) and ``below`` (N, 12, 12), of which ``sizes`` (N + 1,) rows and columns count: the motions, then
+    the six forces; ``weights`` (N + 1, 12) the lengths that belong to a node's motions, none to forces; ``held`` what holds a
+    node, by its number; ``of_forces`` how many negative eigenvalues are the forces'; ``foundation`` what free motions are lent.
     """
 
     diagonal: Array
     below: Array
     sizes: NDArray[np.int64]
+    weights: Array
     held: dict[int, Held]
-    tolerance: float
+    of_forces: int
+    foundation: float
 
     @property
     def index(self) -> int:
         """The number of negative directions."""
-        blocks = self.diagonal.ravel(), self.below.ravel(), self.sizes
-        return int(negative_eigenvalues(*blocks, self.tolerance, ROUNDING))
+        return self._on_foundation(self.foundation)
+
+    def _on_foundation(self, stiffness: float) -> int:
+        """Return how many directions lower the energy of the rod on a foundation."""
+        diagonal = self.diagonal.copy()
+        diagonal[:, range(BLOCK), range(BLOCK)] += stiffness * self.weights
+        return int(negative_eigenvalues(diagonal.ravel(), self.below.ravel(), self.sizes)) - self.of_forces
 
     def lowest_mode(self) -> Array:
-        """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue; the first of the large ones is positive.
+        """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue, relative to the weights.
 
-        Neither that side nor the plane, where any serves, depends on rounding.
+        Its first large one is positive; neither that nor the plane, where any serves, depends on rounding. The foundation under
+        which the rod is just stable gives the shift of an inverse iteration of two modes.
         """
-        starts = np.concatenate([[0], np.cumsum(self.sizes)])
-        full = np.zeros((starts[-1], starts[-1]))
-        for i, (a, b) in enumerate(itertools.pairwise(starts)):
-            full[a:b, a:b] = self.diagonal[i, : b - a, : b - a]
-            if i > 0:
-                before = starts[i - 1]
-                full[a:b, before:a] = self.below[i - 1, : b - a, : a - before]
-        from scipy.linalg import eigh  # slow to load, and seldom needed
+        from scipy.linalg import eigh, solve_banded  # slow to load, and seldom needed
 
-        values, vectors = eigh(full, lower=True, subset_by_index=[0, 1])
-        lowest, second = (self._spread(vectors[:, i], starts) for i in (0, 1))
-        if values[1] - values[0] < max(SAME * abs(values[0]), TIED * np.max(np.abs(self.diagonal))):
+        low, high = 0.0, self.foundation
+        while self._on_foundation(high) > 0:
+            low, high = high, 4.0 * high
+        while high - low > CLOSE * high and low > 0.0:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._on_foundation(middle) > 0 else (low, middle)
+        shift = BESIDE * high + APART * self.foundation
+        starts = np.concatenate([[0], np.cumsum(self.sizes)])
+        weights = np.concatenate([w[:n] for w, n in zip(self.weights, self.sizes, strict=True)])
+        band = self._band(starts)
+        band[REACH] += shift * weights
+        modes = np.random.default_rng(1).normal(size=(starts[-1], 2))
+        for _ in range(ITERATIONS):
+            right = weights[:, None] * modes
+            modes = solve_banded((REACH, REACH), band, right)
+            values, pair = eigh(modes.T @ right, modes.T @ (weights[:, None] * modes))
+            modes = modes @ pair
+        values = values - shift
+        lowest, second = (self._spread(modes[:, i], starts) for i in (0, 1))
+        if values[1] - values[0] < max(SAME * abs(values[0]), TIED * shift):
             # Any plane serves: take the one with the least along y, then z, then near the start, where a helix stands out.
-            weights = np.array([0.0, 1.0, LESS]) * (1.0 + LESS * np.linspace(1.0, 0.0, len(lowest)))[:, None]
-            pair = np.stack([(weights * mode[:, :3]).ravel() for mode in (lowest, second)], axis=1)
+            along = np.array([0.0, 1.0, LESS]) * (1.0 + LESS * np.linspace(1.0, 0.0, len(lowest)))[:, None]
+            pair = np.stack([(along * mode[:, :3]).ravel() for mode in (lowest, second)], axis=1)
             lowest = np.tensordot(np.linalg.svd(pair)[2][1], np.stack([lowest, second]), axes=1)
         moved = lowest[:, :3].ravel()
         first = moved[np.argmax(np.abs(moved) >= LARGE * np.max(np.abs(moved)))]
-        return lowest * (1.0 if first >= 0.0 else -1.0)
+        return np.asarray(lowest * (1.0 if first >= 0.0 else -1.0))
+
+    def _band(self, starts: Array) -> Array:
+        """Return the matrix in LAPACK's band form, (2 REACH + 1, rows)."""
+        band = np.zeros((2 * REACH + 1, starts[-1]))
+        for i, n in enumerate(self.sizes):
+            row, column = np.indices((n, n))
+            band[REACH + row - column, starts[i] + column] = self.diagonal[i, :n, :n]
+            if i + 1 < len(self.sizes):
+                row, column = np.nonzero(self.below[i])
+                apart, values = starts[i + 1] - starts[i] + row - column, self.below[i, row, column]
+                band[REACH + apart, starts[i] + column] = values
+                band[REACH - apart, starts[i + 1] + row] = values
+        return band
 
     def _spread(self, vector: Array, starts: Array) -> Array:
-        parts = [vector[a:b] for a, b in itertools.pairwise(starts)]
-        for i, held in self.held.items():
-            parts[i] = held.motions @ parts[i]
-        return np.array(parts)
+        """Return the displacements (N + 1, 6) of a vector of all unknowns."""
+        result = np.empty((len(self.sizes), 6))
+        for i, first in enumerate(starts[:-1]):
+            hold = self.held.get(i)
+            motions = np.eye(6) if hold is None else hold.motions
+            result[i] = motions @ vector[first : first + motions.shape[1]]
+        return result
 
 
-def second_variation(transfer: Array, held: dict[int, Held], largest_force: float) -> SecondVariation:
-    """Return the second variation of an equilibrium.
+def second_variation(
+    transfer: Array, x: Array, moments: tuple[Array, Array], held: dict[int, Held], largest_force: float
+) -> SecondVariation:
+    """Return the second variation of an equilibrium, all dimensionless.
 
-    Arguments: ``transfer`` (N, 12, 12), dimensionless, of the states (dr, theta, dn, dm); ``held`` what holds the nodes, by
-    their numbers 0 ... N; ``largest_force`` the largest inner force, dimensionless.
+    Arguments: ``transfer`` (N, 12, 12) of the states (dr, theta, dn, dm); ``x`` (N + 1,) the nodes; ``moments`` m (N, 3) at the
+    starts of the pieces and at their ends; ``held`` what holds the nodes, by their numbers 0 ... N, both ends among them;
+    ``largest_force`` the largest inner force.
     """
-    A, B = transfer[:, :6, :6], transfer[:, :6, 6:]
-    C, D = transfer[:, 6:, :6], transfer[:, 6:, 6:]
-    inverse = np.linalg.inv(B)
-    K00, K01 = inverse @ A, -inverse
-    K10, K11 = C - D @ K00, D @ inverse
-    diagonal = np.zeros((len(transfer) + 1, 6, 6))
-    diagonal[:-1] += K00
-    diagonal[1:] += K11
-    diagonal = 0.5 * (diagonal + diagonal.transpose(0, 2, 1))
-    below = 0.5 * (K10 + K01.transpose(0, 2, 1))
-    sizes = np.full(len(diagonal), 6)
+    start, end = (_conjugate(m) for m in moments)
+    T = end @ transfer @ (2.0 * np.eye(BLOCK) - start)  # the inverse of a start
+    inverse = np.linalg.inv(T[:, :6, :6])
+    G, S = _symmetric(inverse @ T[:, :6, 6:]), _symmetric(T[:, 6:, :6] @ inverse)
+    h = np.diff(x)
+    softness = np.maximum(1.0, np.max(np.abs(G[:, 3:, 3:]), axis=(1, 2)) / h)
+    N, own = len(h), 0.5 * h / softness
+    diagonal, below, weights = np.zeros((N + 1, BLOCK, BLOCK)), np.zeros((N, BLOCK, BLOCK)), np.zeros((N + 1, BLOCK))
+    diagonal[1:, :6, :6] = S
+    diagonal[:, :6, 6:] = diagonal[:, 6:, :6] = -np.eye(6)
+    diagonal[:-1, 6:, 6:] = -G
+    below[:, :6, 6:] = inverse.transpose(0, 2, 1)
+    weights[:, :6] = (np.append(own, 0.0) + np.append(0.0, own))[:, None]
+    sizes = np.full(N + 1, BLOCK)
     for i, hold in held.items():
         Z, k = hold.motions, hold.motions.shape[1]
-        sizes[i] = k
-        diagonal[i, :k, :k] = Z.T @ (diagonal[i] + hold.stiffness) @ Z
+        node = diagonal[i].copy()
+        node[:6, :6] += hold.stiffness
+        to = np.zeros((BLOCK, BLOCK))  # from the unknowns that are left
+        to[:6, :k], to[6:, k : k + 6] = Z, np.eye(6)
+        sizes[i] = k + 6
+        diagonal[i] = to.T @ node @ to
+        weights[i, k:] = 0.0
         if i > 0:
-            below[i - 1, :k] = Z.T @ below[i - 1]
-        if i < len(below):
-            below[i, :, :k] = below[i] @ Z
-    return SecondVariation(diagonal, below, sizes, held, NEGATIVE * (1.0 + largest_force))
+            below[i - 1] = to.T @ below[i - 1]
+        if i < N:
+            below[i] = below[i] @ to
+    sizes[N] -= 6
+    largest_moment = max(float(np.max(np.linalg.norm(m, axis=1))) for m in moments)
+    foundation = FOUNDATION * (largest_force + min(1.0, largest_moment + 1.0 / float(np.max(softness))))
+    return SecondVariation(diagonal, below, sizes, weights, held, _positive(G, h), foundation)
+
+
+def _conjugate(m: Array) -> Array:
+    """Return the change (N, 12, 12) from dm to dm + 1/2 m x theta, the force that a rotation vector works on."""
+    result = np.tile(np.eye(BLOCK), (len(m), 1, 1))
+    result[:, 9:, 3:6] = 0.5 * np.cross(m[:, None, :], np.eye(3)).swapaxes(1, 2)
+    return result
+
+
+def _symmetric(A: Array) -> Array:
+    return np.asarray(0.5 * (A + A.transpose(0, 2, 1)))
+
+
+def _positive(G: Array, h: Array) -> int:
+    """Return how many eigenvalues of the compliances G (N, 6, 6) of pieces of the lengths h (N,) are positive."""
+    unit = np.repeat(np.stack([1.0 / h, np.ones_like(h)], axis=1), 3, axis=1)  # forces by the moments that they have
+    scaled = G * unit[:, :, None] * unit[:, None, :]
+    try:
+        np.linalg.cholesky(scaled)
+        return 6 * len(h)
+    except np.linalg.LinAlgError:  # a piece so long that it would not stand with one end free
+        values = np.linalg.eigvalsh(scaled)
+        return int(np.count_nonzero(values > -ROUNDING * values[:, -1:]))

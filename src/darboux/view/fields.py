@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import checks
+from darboux.checks import ONE_PLACE
 from darboux.view import palette, prefix, style
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def places(solution: EquilibriumSolution) -> Array:
     """Return arc lengths (n,) in m at which fields are read: equally spaced, and on both sides of each jump."""
     L, problem = solution.problem.rod.length, solution.problem
     jumps = np.array(sorted({*problem.breaks, *problem.jumps}))
-    return np.unique(np.concatenate([np.linspace(0.0, L, SAMPLES), jumps, np.nextafter(jumps, 0.0)]))
+    return np.unique(np.concatenate([np.linspace(0.0, L, SAMPLES), jumps, jumps - 2.0 * ONE_PLACE * L]))
 
 
 def _draw(ax: Axes, field: Field, s: Array, last: bool) -> None:
