@@ -281,25 +281,42 @@ class EquilibriumSolution:
 
     @cached_property
     def _nodes(self) -> Array:
-        """The places between which all is smooth: (n,) in m, those of the curve and where the data bend or jump."""
-        return np.unique(np.concatenate([self.curve.s, self.problem.breaks, self.problem.steep_places]))
+        """The places between which all is smooth: (n,) in m, those of the curve and where the data bend or jump.
+
+        Rows of dense tables are not among them.
+        """
+        breaks = () if self.problem.dense else self.problem.breaks
+        return np.unique(np.concatenate([self.curve.s, breaks, self.problem.steep_places]))
+
+    @cached_property
+    def _rows(self) -> Array:
+        """The same with the rows of dense tables, for sums."""
+        return np.union1d(self._nodes, self.problem.breaks) if self.problem.dense else self._nodes
 
     @cached_property
     def energy(self) -> Energy:
         """The energies, integrated by Gauss' rule of five points between nodes; elastic ones the method's own if it has."""
-        points, weights = gauss_points(self._nodes)
+        points, weights = gauss_points(self._rows if self.elastic_parts is None else self._nodes)
         y = self.curve(points)
-        r, works = y[:, 0:3], np.prod(self._section(points, y), axis=0)
+        works = np.prod(self._section(points, y), axis=0)
         stretched, bent, twisted = (np.sum(works[:, part], axis=1) for part in np.split(np.arange(6), [3, 5]))
-        loads = self.problem.distributed(points)
-        potential = -np.einsum("ni,ni->n", loads.a, r) - 0.5 * np.einsum("ni,nij,nj->n", r, loads.C, r)
         integrals = tuple(float(weights @ f) / 2.0 for f in (bent, twisted, stretched))
         bending, twist, stretch = integrals if self.elastic_parts is None else self.elastic_parts
+        points, weights, r = self._for_loads(points, weights, y)
+        loads = self.problem.distributed(points)
+        potential = -np.einsum("ni,ni->n", loads.a, r) - 0.5 * np.einsum("ni,nij,nj->n", r, loads.C, r)
         load = float(weights @ potential)
         ends = sum(
             float(self.problem.end_load(at).force @ self.curve.y[i, 0:3]) for at, i in (("start", 0), ("end", -1))
         )
         return Energy(bending, twist, stretch, self.load_factor * (load - ends))
+
+    def _for_loads(self, points: Array, weights: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Return points, weights and places (n, 3) for sums of loads: in every row of dense tables, else those given."""
+        if not self.problem.dense or not self.problem.loads:
+            return points, weights, y[:, 0:3]
+        points, weights = gauss_points(self._rows, 2)
+        return points, weights, self.curve(points, slice(0, 3))
 
     # -- stress and strain ---------------------------------------------------------------------------------------
 
@@ -352,7 +369,7 @@ class EquilibriumSolution:
     @cached_property
     def balance(self) -> Balance:
         """The residual of the balance of forces and moments, integrated independently of the method, in units of the largest."""
-        return balance.balance(self.problem, self.curve, self.load_factor, self._nodes)
+        return balance.balance(self.problem, self.curve, self.load_factor, self._rows)
 
     # -- the curve and its ribbon --------------------------------------------------------------------------------
 
@@ -362,7 +379,7 @@ class EquilibriumSolution:
 
         It is the twist about the tangent where the rod does not shear.
         """
-        points, weights = gauss_points(self._nodes)
+        points, weights = gauss_points(self._rows)
         return float(weights @ self.k(points)[:, 2]) / frames.turn
 
     @cached_property

@@ -96,7 +96,8 @@ class Equations:
             self.table, self.relaxing = coefficients.table(problem, self.scale), np.zeros((1, 1, 3))
         else:
             self.table, self.relaxing = coefficients.table_and_strain(problem, self.scale, shape.k)
-        self.breaks = _apart({*problem.breaks, *problem.jumps}, problem.stations, problem.rod.length)
+        places = [*problem.breaks, *problem.jumps] if not problem.dense else self.table.breaks[1:-1] * problem.rod.length
+        self.breaks, self.widths = _apart(places, problem.stations, problem.rod.length)
         self.start = EndConditions(problem.start, problem.end_load("start"), -1.0, self.scale)
         self.end = EndConditions(problem.end, problem.end_load("end"), 1.0, self.scale)
         self.stations = [
@@ -436,7 +437,11 @@ class Equations:
         y = np.repeat(mesh.y, np.where(single, 2, 1), axis=0)
         second = np.concatenate([[False], np.diff(x) == 0.0])
         first = np.concatenate([second[1:], [False]])
-        at = np.where(first, x - BESIDE, np.where(second, x + BESIDE, x))
+        width = np.zeros(len(x))
+        if len(self.breaks):
+            nearest = np.minimum(np.searchsorted(self.breaks, x), len(self.breaks) - 1)
+            width = np.where(self.breaks[nearest] == x, self.widths[nearest], 0.0)
+        at = np.where(first, x - width - BESIDE, np.where(second, x + width + BESIDE, x))
         table = self.table.loaded(load_factor, self.slack * (1.0 - load_factor))
         dy = coefficients.slopes(table(at), y)
         if self.problem.of_shape:
@@ -446,13 +451,22 @@ class Equations:
         return self.scale.curve(x, y, dy)
 
 
-def _apart(places: set[float], stations: Iterable[float], length: float) -> Array:
-    """Return the places in m over the length without those too close to be told apart; stations are kept."""
-    result = [s / length for s in stations]
-    for x in sorted(s / length for s in places):
-        if all(abs(x - other) > CLOSEST for other in result):
-            result.append(x)
-    return np.array(sorted(result))
+def _apart(places: Iterable[float], stations: Iterable[float], length: float) -> tuple[Array, Array]:
+    """Return places in m over the length, and how far on either side of each lie those too close to be told apart from it.
+
+    Of those that are closer than ``CLOSEST`` it is the middle, but for stations, which are kept.
+    """
+    fixed = np.array(sorted(s / length for s in stations))
+    x = np.unique([s / length for s in places])
+    groups = np.split(x, np.flatnonzero(np.diff(x) > CLOSEST) + 1) if len(x) else []
+    found = []
+    for group in groups:
+        near = fixed[(fixed >= group[0] - CLOSEST) & (fixed <= group[-1] + CLOSEST)]
+        if len(near) == 0:
+            found.append((0.5 * (group[0] + group[-1]), 0.5 * (group[-1] - group[0])))
+    found += [(at, 0.0) for at in fixed]
+    found.sort()
+    return np.array([at for at, _ in found]), np.array([width for _, width in found])
 
 
 def _unit(a: Array) -> Array:
