@@ -165,8 +165,8 @@ def is_pushed(problem: Equilibrium) -> bool:
     held.sort(key=lambda pair: pair[0])
     closer = any(float(np.linalg.norm(there - here)) < b - a for (a, here), (b, there) in pairwise(held))
     scale = Scale.of(problem)
-    weight = problem.distributed(np.linspace(0.0, scale.length, 17)).a * (scale.length / scale.force)
-    return closer and float(np.max(np.linalg.norm(weight, axis=1))) < HEAVY
+    weight = problem.distributed(np.linspace(0.0, scale.length, 129)).a * (scale.length / scale.force)
+    return closer and float(np.mean(np.linalg.norm(weight, axis=1))) < HEAVY
 
 
 def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:
