@@ -353,7 +353,8 @@ def piecewise(function: Callable[[Array], Array], breaks: list[float], vectors: 
     to_probes = probes[:, None] ** powers
     everywhere = (np.arange(SAMPLES) + 0.5) / SAMPLES
     samples = function(everywhere)
-    largest = np.max(np.abs(samples), axis=0)
+    inner = np.array(breaks[:-1])[:, None] + np.diff(breaks)[:, None] * probes  # a piece may lie between two samples
+    largest = np.maximum(np.max(np.abs(samples), axis=0), np.max(np.abs(function(inner.ravel())), axis=0))
     for vector in vectors:
         largest[vector] = np.max(largest[vector])
     todo = list(pairwise(breaks))[::-1]
