@@ -57,7 +57,7 @@ IDLE, NOISE = 1e-6, 1e-10  # ... if the equations ask for less than this along i
 NOTHING = np.empty(0)  # no load is a function of the shape
 ROUNDING_STRAIN = 1e-14  # of a stretching rod: what rounding of places amounts to
 BESIDE = 1e-12  # of L, from a jump: on either side of what encloses it
-CLOSEST = 1e-9  # of L, between two breaks
+CLOSEST = 1e-11  # of L, between two breaks
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,11 +201,11 @@ class Equations:
 
     def _first_nodes(self) -> Array:
         """Return nodes so close that the natural shape turns little over an element."""
-        x = np.linspace(0.0, 1.0, 1025)
-        k0 = np.linalg.norm((self.natural_shape if self.shape is None else self.shape.k)(x), axis=1)
+        x = np.union1d(np.linspace(0.0, 1.0, 1025), self.breaks)  # a sharp bend lies between two breaks
+        k0 = np.linalg.norm((self.natural_shape if self.shape is None else self.shape.k)(0.5 * (x[1:] + x[:-1])), axis=1)
         pieces = np.minimum(1.0 / np.diff(self.table.breaks), 1024.0)  # where the data need short polynomials
         there = np.searchsorted(self.table.breaks, 0.5 * (x[1:] + x[:-1]), side="right") - 1
-        turned = (0.5 * (k0[1:] + k0[:-1]) + pieces[there]) * np.diff(x)
+        turned = (k0 + pieces[there]) * np.diff(x)
         elements = max(FIRST_ELEMENTS, int(np.ceil(np.sum(turned) / LARGEST_NATURAL_TURN)))
         nodes = better_nodes(x, turned, elements, self.breaks)
         return nodes if self.shape is None else np.union1d(nodes, self.shape.layers)
