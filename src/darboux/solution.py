@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import balance, frames, link, stress
+from darboux import balance, cable, frames, link, materials, mistakes, stress
 from darboux.balance import Balance
-from darboux.checks import real_array, shown, whole
+from darboux.cable import Cable
+from darboux.checks import array, real_array, shown, whole
 from darboux.curve import Curve, gauss_points
 from darboux.dataset import dataset
 from darboux.errors import InvalidInput, NotConverged
@@ -355,14 +356,37 @@ class EquilibriumSolution:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What to mind before the answer is used, in sentences: strain beyond 5 %, where small-strain theory is left."""
-        if not self.problem.rod.section.has_shape or self.largest_strain.strain <= SMALL_STRAIN:
+        """What to mind before the answer is used, in sentences.
+
+        Strain beyond 5 %, where small-strain theory is left; stress beyond the material's strength; what is mostly a slip: ends at
+        one place, a twist in degrees, millimetres.
+        """
+        return (*mistakes.of_problem(self.problem), *self._overstrained)
+
+    @property
+    def _overstrained(self) -> tuple[str, ...]:
+        rod = self.problem.rod
+        if not rod.section.has_shape:
             return ()
-        found = self.largest_strain
+        strength, stressed = rod.material.strength, self.largest_stress
+        found, name = self.largest_strain, materials.name_of(rod.material)
+        if strength is not None and stressed.von_mises > strength:
+            return (
+                f"the stress reaches {stressed.von_mises / 1e6:.4g} MPa (von Mises) at s = {stressed.s:.4g} m, beyond the strength "
+                f"of {name or 'the material'}, {strength / 1e6:.4g} MPa: it yields or breaks, and linear elasticity ends before.",
+            )
+        if found.strain <= SMALL_STRAIN:
+            return ()
         return (
             f"the strain reaches {100.0 * found.strain:.3g} % at s = {found.s:.4g} m; beyond {100.0 * SMALL_STRAIN:g} % linear "
             "elasticity and small-strain theory are rough.",
         )
+
+    @cached_property
+    def cable(self) -> Cable | None:
+        """Span, sag, largest tension, end angles and loaded length of a rod that hangs between its held ends; else None."""
+        points, weights = gauss_points(self._nodes)
+        return cable.cable(self.problem, self.curve, self.v(points), points, weights)
 
     # -- is it right? --------------------------------------------------------------------------------------------
 
@@ -417,15 +441,18 @@ class EquilibriumSolution:
 
     # -- pictures ------------------------------------------------------------------------------------------------
 
-    def plot(self, ax: Any = None) -> Axes:
+    def plot(self, ax: Any = None, *, points: Any = None) -> Axes:
         """Draw the shape in the plane in which it lies, or in space, in a box and with its directors d1 and d2.
 
         ``ax`` are plain axes of Matplotlib to draw on, with your own settings; None: a new figure of ``pyplot``'s in our
-        style. Lengths have one scale in all directions, in a unit that keeps their numbers short. Returns the axes.
+        style. Lengths have one scale in all directions, in a unit that keeps their numbers short. ``points`` (n, 3) in m are drawn
+        over the rod, as those of a measurement. Returns the axes. Raises ``InvalidInput``.
         """
         from darboux.view import shapes, style
 
-        return shapes.shape(self, ax, style.shown_figure())
+        if points is not None:
+            points = array("plot.points", points, (len(points) if np.ndim(points) else 1, 3), "m")
+        return shapes.shape(self, ax, style.shown_figure(), points)
 
     def plot_fields(self, *names: str, ax: Any = None) -> list[Axes]:
         """Draw fields over the arc length, each in axes of its own, as in ``plot_fields("moments", "stress")``.

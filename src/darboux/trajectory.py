@@ -244,12 +244,18 @@ class Trajectory:
             f"<Trajectory by {self.method}: {self.status.code}, {len(self.times)} records to t = {self.times[-1]:g} s>"
         )
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to mind before the answer is used, in sentences, as of an ``EquilibriumSolution``."""
+        return tuple(mistakes.of_problem(self.motion.problem))
+
     def __str__(self) -> str:
         tip, energy = self.tip[-1], self.energy
         steps = self.statistics.get("steps", 0)
         return "\n".join(
             [
                 f"status        {self.status.message}",
+                *(f"warning       {sentence}" for sentence in self.warnings),
                 f"method        {self.method}, {steps} steps",
                 f"tip           ({', '.join(f'{x + 0.0:.6g}' for x in tip)}) m at t = {self.times[-1]:.6g} s",
                 f"energy        {energy.total[-1]:.6g} J (kinetic {energy.kinetic[-1]:.6g}, elastic {energy.elastic[-1]:.6g}, "
