@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.curve import Curve, gauss_points
+from darboux.curve import Curve
 from darboux.problem import Equilibrium, Ring
 
 Array = NDArray[np.float64]

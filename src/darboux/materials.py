@@ -24,17 +24,25 @@ class Entry:
 
 
 LIBRARY = {
-    "steel": Entry("structural steel", Material(E=210e9, nu=0.3, density=7850.0, strength=460e6), "EN 1993-1-1 (2005), 3.2.6"),
-    "stainless steel": Entry("austenitic, AISI 304", Material(E=193e9, nu=0.3, density=8000.0, strength=515e6), CALLISTER),
+    "steel": Entry(
+        "structural steel", Material(E=210e9, nu=0.3, density=7850.0, strength=460e6), "EN 1993-1-1 (2005), 3.2.6"
+    ),
+    "stainless steel": Entry(
+        "austenitic, AISI 304", Material(E=193e9, nu=0.3, density=8000.0, strength=515e6), CALLISTER
+    ),
     "spring steel": Entry("music wire", Material(E=206e9, G=81.5e9, density=7850.0), "EN 13906-1 (2013)"),
     "nitinol": Entry(
         "nickel-titanium, austenite, up to about 1 % of strain",
         Material(E=70e9, nu=0.33, density=6450.0),
         "T. Duerig, A. Pelton and D. Stöckel, Mater. Sci. Eng. A 273-275 (1999) 149",
     ),
-    "aluminium": Entry("wrought alloys", Material(E=70e9, nu=0.3, density=2700.0, strength=505e6), "EN 1999-1-1 (2007), 3.2.5"),
+    "aluminium": Entry(
+        "wrought alloys", Material(E=70e9, nu=0.3, density=2700.0, strength=505e6), "EN 1999-1-1 (2007), 3.2.5"
+    ),
     "copper": Entry("C11000", Material(E=115e9, nu=0.33, density=8890.0, strength=310e6), CALLISTER),
-    "brass": Entry("cartridge brass, 70 Cu 30 Zn", Material(E=110e9, nu=0.35, density=8530.0, strength=435e6), CALLISTER),
+    "brass": Entry(
+        "cartridge brass, 70 Cu 30 Zn", Material(E=110e9, nu=0.35, density=8530.0, strength=435e6), CALLISTER
+    ),
     "titanium": Entry("Ti-6Al-4V", Material(E=114e9, nu=0.34, density=4430.0, strength=1103e6), CALLISTER),
     "tungsten": Entry("commercially pure", Material(E=400e9, nu=0.28, density=19300.0), CALLISTER),
     "glass": Entry("soda-lime", Material(E=69e9, nu=0.23, density=2500.0), CALLISTER),

@@ -42,7 +42,6 @@ def of_problem(problem: Equilibrium) -> list[str]:
             f"the material's E is {material.E:g} Pa, softer than rubber, in a rod {rod.length:g} m long; lengths are in m and E in "
             "Pa: 1 MPa is 1e6 Pa, 1 mm is 1e-3 m."
         )
-    for load in problem.loads:
-        if isinstance(load, Gravity) and IN_MILLIMETRES[0] < float(np.linalg.norm(load.g)) < IN_MILLIMETRES[1]:
-            found.append(f"gravity is {float(np.linalg.norm(load.g)):g} m/s^2; that of the earth is 9.81 m/s^2.")
-    return found
+    pulls = [float(np.linalg.norm(load.g)) for load in problem.loads if isinstance(load, Gravity)]
+    low, high = IN_MILLIMETRES
+    return found + [f"gravity is {g:g} m/s^2; that of the earth is 9.81 m/s^2." for g in pulls if low < g < high]

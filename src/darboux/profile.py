@@ -160,7 +160,9 @@ def _at_an_extremum(h: Array, y: Array, steps: Array) -> Array:
     bend = 2.0 * np.diff(steps, axis=0) / (h[1:] + h[:-1])  # second derivatives at the inner rows
     bend = np.concatenate([bend[[0, 0]], bend, bend[[-1, -1]]])
     bends = np.stack([bend[k : len(bend) - 3 + k] for k in range(4)])
-    smooth = np.abs(np.sum(np.sign(bends), axis=0)) == 4.0  # a plateau of two rows is none: it bends back in front and behind
+    smooth = (
+        np.abs(np.sum(np.sign(bends), axis=0)) == 4.0
+    )  # a plateau of two rows is none: it bends back in front and behind
     parabola = np.where(smooth, h**2 * np.min(np.abs(bends), axis=0), 0.0)
     around = np.concatenate([y[:1], y, y[-1:]])
     four = np.stack([around[k : len(around) - 3 + k] for k in range(4)])
@@ -171,7 +173,10 @@ def _at_an_extremum(h: Array, y: Array, steps: Array) -> Array:
 
 def _excursion(h: Array, y: Array, steps: Array, left: Array, right: Array) -> Array:
     """Return by how much the cubics with these slopes at their ends leave the range of their two rows: (n - 1, c)."""
-    a, b = 3.0 * (left + right - 2.0 * steps), 2.0 * (3.0 * steps - 2.0 * left - right)  # slope = a t^2 + b t + left, t = s / h
+    a, b = (
+        3.0 * (left + right - 2.0 * steps),
+        2.0 * (3.0 * steps - 2.0 * left - right),
+    )  # slope = a t^2 + b t + left, t = s / h
     with np.errstate(all="ignore"):
         q = -0.5 * (b + np.where(b >= 0.0, 1.0, -1.0) * np.sqrt(b**2 - 4.0 * a * left))
         roots = np.stack([q / a, left / q])

@@ -82,8 +82,11 @@ def _cable(solution: EquilibriumSolution) -> list[tuple[str, str]]:
         return []
     return [
         ("cable", f"sag {cable.sag:.6g} m, span {cable.span:.6g} m, length {cable.length:.9g} m,"),
-        ("", f"tension up to {cable.tension:.6g} N at s = {cable.at:.4g} m, ends {cable.angles[0]:.4g} and "
-         f"{cable.angles[1]:.4g} degrees below the horizontal"),
+        (
+            "",
+            f"tension up to {cable.tension:.6g} N at s = {cable.at:.4g} m, ends {cable.angles[0]:.4g} and "
+            f"{cable.angles[1]:.4g} degrees below the horizontal",
+        ),
     ]
 
 

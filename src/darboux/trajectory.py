@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks
+from darboux import checks, mistakes
 from darboux.errors import InvalidInput, NotConverged
 from darboux.motion import Motion
 from darboux.problem import Ring

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from darboux import __version__
-from darboux.cli.report import table_of, duration_text, vector_text
+from darboux.cli.report import duration_text, table_of, vector_text
 from darboux.trajectory import Trajectory
 from darboux.view import terminal
 

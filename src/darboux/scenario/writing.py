@@ -7,8 +7,8 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from darboux.errors import InvalidInput
 from darboux import materials
+from darboux.errors import InvalidInput
 from darboux.material import Material
 from darboux.natural import Helix
 from darboux.problem import Equilibrium, Ring

@@ -49,7 +49,10 @@ AVERAGED = 1e-14  # what averaging over a piece may change, of the positions ove
 FEWEST_AVERAGES, MOST_AVERAGES = 16, 1000  # pieces to begin with
 SURE = 10.0  # how many times as large what averages leave out is said to be
 CHUNK = 4096
-CURVED, MOST_QUADRATURE = 1e-4, 1_000_000  # of a column, between Gauss' points, from which on it is sampled twice as closely
+CURVED, MOST_QUADRATURE = (
+    1e-4,
+    1_000_000,
+)  # of a column, between Gauss' points, from which on it is sampled twice as closely
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # the order in which symmetric matrices are stored
 HEAVY = 1e3  # of EI / L^3: weight per length from which on a rod between two supports is a cable
 LOADS = slice(DEAD_FORCE, WIDTH)  # the columns that grow with the load factor
@@ -234,7 +237,10 @@ def _followed(
     turn = _turn(problem, scale)
     averages, rows, *errors = _averages(function, np.array(breaks), turn, [s / scale.length for s in problem.stations])
     single = [piecewise(function, list(ends), vectors) for ends in rows]
-    parts = [*averages, *((start, c) for part in single for start, c in zip(part.breaks, part.coefficients))]
+    parts = [
+        *averages,
+        *((start, c) for part in single for start, c in zip(part.breaks[:-1], part.coefficients, strict=True)),
+    ]
     parts.sort(key=lambda part: part[0])
     starts, pieces = zip(*parts, strict=True)
     return Table(np.array([*starts, 1.0]), np.array(pieces), *errors)
@@ -293,7 +299,9 @@ def _averages(
             error, between = error + left, max(between, turn * float(np.max(np.abs(G))))
             polynomial = np.zeros((DEGREE + 1, len(constant)))
             polynomial[0] = constant
-            polynomial[:, varying] = (_LEGENDRE @ spectrum) * largest[varying] / (b - a) ** np.arange(DEGREE + 1.0)[:, None]
+            polynomial[:, varying] = (
+                (_LEGENDRE @ spectrum) * largest[varying] / (b - a) ** np.arange(DEGREE + 1.0)[:, None]
+            )
             averages.append((a, polynomial))
             continue
         middle = int(np.clip(np.searchsorted(rows, 0.5 * (a + b)), i + 1, j - 1))

@@ -96,7 +96,9 @@ class Equations:
             self.table, self.relaxing = coefficients.table(problem, self.scale), np.zeros((1, 1, 3))
         else:
             self.table, self.relaxing = coefficients.table_and_strain(problem, self.scale, shape.k)
-        places = [*problem.breaks, *problem.jumps] if not problem.dense else self.table.breaks[1:-1] * problem.rod.length
+        places = (
+            [*problem.breaks, *problem.jumps] if not problem.dense else self.table.breaks[1:-1] * problem.rod.length
+        )
         self.breaks, self.widths = _apart(places, problem.stations, problem.rod.length)
         self.start = EndConditions(problem.start, problem.end_load("start"), -1.0, self.scale)
         self.end = EndConditions(problem.end, problem.end_load("end"), 1.0, self.scale)
@@ -202,7 +204,9 @@ class Equations:
     def _first_nodes(self) -> Array:
         """Return nodes so close that the natural shape turns little over an element."""
         x = np.union1d(np.linspace(0.0, 1.0, 1025), self.breaks)  # a sharp bend lies between two breaks
-        k0 = np.linalg.norm((self.natural_shape if self.shape is None else self.shape.k)(0.5 * (x[1:] + x[:-1])), axis=1)
+        k0 = np.linalg.norm(
+            (self.natural_shape if self.shape is None else self.shape.k)(0.5 * (x[1:] + x[:-1])), axis=1
+        )
         pieces = np.minimum(1.0 / np.diff(self.table.breaks), 1024.0)  # where the data need short polynomials
         there = np.searchsorted(self.table.breaks, 0.5 * (x[1:] + x[:-1]), side="right") - 1
         turned = (k0 + pieces[there]) * np.diff(x)

@@ -89,6 +89,7 @@ def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorE
         max(share * moment + averaged * unit[MOMENT], ROUNDING * unit[MOMENT]) * scale.moment,
         # the energy is summed along the curve, which adds an error of its own
         max(
-            SURE * share * float(np.ptp(energies)) + averaged * scale.moment, ROUNDING * max(scale.moment, *(abs(energy) for energy in energies))
+            SURE * share * float(np.ptp(energies)) + averaged * scale.moment,
+            ROUNDING * max(scale.moment, *(abs(energy) for energy in energies)),
         ),
     )

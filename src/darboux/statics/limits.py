@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 from darboux import frames
@@ -117,9 +116,9 @@ def too_many_turns(problem: Equilibrium, method: str, most: float) -> str | None
     if turned <= most:
         return None
     return (
-        f"a moment of {max(moments):.3g} N m would turn the rod, {L:g} m long with a mean stiffness of {softest:.3g} N m^2, by about "
-        f"{turned / frames.turn:.2g} turns; {method} follows it up to {most / frames.turn:.2g}. Check the units of the length, "
-        "the section and the moment."
+        f"a moment of {max(moments):.3g} N m would turn the rod, {L:g} m long with a mean stiffness of {softest:.3g} N m^2, by "
+        f"about {turned / frames.turn:.2g} turns; {method} follows it up to {most / frames.turn:.2g}. Check the units of the "
+        "length, the section and the moment."
     )
 
 
