@@ -37,7 +37,7 @@ class Table:
 
     A jump is the same s twice, with the values before and behind it: at that s the value behind the jump holds, and on either side
     the rows are interpolated by themselves. A steep ramp between two rows is taken as it is. Rows may be as dense as they were
-    measured (100,000 are no trouble): methods average what is finer than their accuracy needs, see docs/theory/methods.md.
+    measured (100,000 are no trouble): methods average them, to an error that is part of their estimate.
 
     Arguments: ``s`` (n,) ascending arc lengths in m, the first 0 and the last the rod's length, or times in s; ``values`` (n,),
     (n, 3), (n, 3, 3) or (n, 6, 6) in the quantity's unit.
