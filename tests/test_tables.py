@@ -1,6 +1,7 @@
 """Tables of measured values: jumps, steep ramps, many rows, and sharp bends; and what is mostly a slip."""
 
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -259,3 +260,72 @@ def test_a_cable_shows_its_sag_span_tension_angles_and_length() -> None:
     assert cable.angles == pytest.approx(2 * [np.degrees(np.arctan(np.sinh(half / c)))], abs=0.5)
     assert "cable         sag " in str(solution)
     assert dx.solve(dx.Equilibrium(STEEL, loads=[dx.Gravity()])).cable is None
+
+
+# -- in time -------------------------------------------------------------------------------------------------------------
+
+
+def test_a_load_that_jumps_in_time_does_so_between_two_steps() -> None:
+    """A free rod pushed along x by a force F from t = 0.137 s on: its centre has gone F (t - 0.137)^2 / 2 m."""
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, mass=2.0))
+    problem = dx.Equilibrium(rod, loads=[dx.LineForce((3.0, 0.0, 0.0))])
+    factor = dx.Table([0.0, 0.137, 0.137, 0.3], [0.0, 0.0, 1.0, 1.0])
+    motion = dx.Motion(problem, 0.3, release={"start": 0.0}, load_factor=factor, rotary_inertia=1e-3)
+    found = dx.simulate(motion, dx.ImplicitMidpoint(segments=6, step=0.02))
+    assert found.positions[-1, 3, 0] == pytest.approx(0.5 * 3.0 / 2.0 * 0.163**2, rel=1e-9)
+    jumping = dx.Table([0.0, 0.1, 0.1, 0.3], [[0.0] * 3, [0.0] * 3, [0.1, 0, 0], [0.1, 0, 0]])
+    with pytest.raises(dx.InvalidInput, match=r"jumps at t = 0.1 s; a support moves without jumps"):
+        dx.Motion(problem, 0.3, start=dx.Moving(position=jumping), rotary_inertia=1e-3)
+
+
+# -- as text and as files ------------------------------------------------------------------------------------------------
+
+
+def test_a_material_of_the_library_keeps_its_name(tmp_path: Path) -> None:
+    problem = dx.Equilibrium(dx.Rod(1.0, dx.Circle(5e-3), dx.Material("spring steel")))
+    assert problem.rod == dx.Rod(1.0, dx.Circle(5e-3), "spring steel")
+    file = tmp_path / "rod.toml"
+    problem.to_toml(file)
+    assert 'material = "spring steel"' in file.read_text()
+    assert dx.load(file) == problem
+    own = dx.Material("steel", nu=0.28)
+    assert (own.E, own.nu, own.density, own.strength) == (210e9, 0.28, 7850.0, 460e6)
+
+
+def test_a_table_with_a_jump_survives_the_round_trip(tmp_path: Path) -> None:
+    table = dx.Table([0.0, 0.5, 0.5, 1.0], [5e-3, 5e-3, 2e-3, 2e-3])
+    problem = dx.Equilibrium(dx.Rod(1.0, dx.Circle(table), "steel"))
+    problem.to_toml(tmp_path / "rod.toml")
+    assert dx.load(tmp_path / "rod.toml") == problem
+
+
+def test_a_csv_file_has_tension_shear_and_stress(tmp_path: Path) -> None:
+    solution = dx.solve(dx.Equilibrium(STEEL, loads=[dx.EndForce((5.0, 0.0, 3.0))]))
+    solution.export(tmp_path / "rod.csv", samples=5)
+    heading, *lines = (tmp_path / "rod.csv").read_text().splitlines()
+    assert heading.endswith("tension (N),shear (N),stress (Pa)")
+    first = [float(x) for x in lines[0].split(",")]
+    assert first[-3] == pytest.approx(3.0)
+    assert first[-2] == pytest.approx(5.0)
+    assert first[-1] == pytest.approx(float(solution.stress(0.0).von_mises))
+
+
+def test_numbers_below_their_estimated_error_are_shown_as_0() -> None:
+    from darboux.cli.report import duration_text, vector_text
+    from darboux.summary import vector
+
+    assert vector_text([4.3e-10, 1.0, -2e-3], 1.0, 1e-9) == "(0, 1, -0.002)"
+    assert vector(np.array([4.3e-10, 1.0, -2e-3]), 1e-9) == "(0, 1, -0.002)"
+    assert [duration_text(t) for t in (0.0423, 3.14, 163.2)] == ["0.042 s", "3.1 s", "163 s"]
+
+
+def test_measured_points_are_drawn_in_the_unit_of_the_axes() -> None:
+    solution = dx.solve(dx.Equilibrium(STEEL, loads=[dx.EndForce((20.0, 0.0, 0.0))]))
+    ax = solution.plot(points=solution.r(np.array([0.0, 0.5, 1.0])))
+    crosses = next(line for line in ax.lines if line.get_marker() == "x")
+    curve = max(ax.lines, key=lambda line: len(line.get_xdata()))
+    xy = np.stack(crosses.get_data(), axis=1)
+    every = np.stack(curve.get_data(), axis=1)
+    assert np.max(np.min(np.linalg.norm(xy[:, None] - every[None], axis=2), axis=1)) < 1e-3 * np.max(np.abs(every))
+    with pytest.raises(dx.InvalidInput, match=r"plot.points"):
+        solution.plot(points=[0.0, 1.0, 2.0])
