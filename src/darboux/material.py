@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from darboux import checks
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
@@ -26,8 +28,9 @@ class Material:
     strength: float | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.E, str):
-            self._take(self.E)
+        came: Any = self.E
+        if isinstance(came, str):
+            self._take(came)
         E = checks.positive("material.E", self.E, "Pa")
         if (self.nu is None) == (self.G is None):
             came = "neither" if self.nu is None else "both"

@@ -168,7 +168,7 @@ def _at_an_extremum(h: Array, y: Array, steps: Array) -> Array:
     four = np.stack([around[k : len(around) - 3 + k] for k in range(4)])
     allowed = EXTREMUM * np.minimum(parabola, np.ptp(four, axis=0))
     to_zero = np.where(y[1:] * y[:-1] > 0.0, np.minimum(np.abs(y[1:]), np.abs(y[:-1])), np.inf)
-    return np.minimum(allowed, 0.9 * to_zero)
+    return np.asarray(np.minimum(allowed, 0.9 * to_zero))
 
 
 def _excursion(h: Array, y: Array, steps: Array, left: Array, right: Array) -> Array:

@@ -271,9 +271,9 @@ def _averages(
     the area that the turns by G enclose and the length that they take; a piece is halved at a row until both are below
     ``AVERAGED``. Source: the second term of W. Magnus' series, Comm. Pure Appl. Math. 7 (1954) 649.
     """
-    middle = _in_chunks(function, 0.5 * (rows[1:] + rows[:-1]))
-    largest, constant = np.max(np.abs(middle), axis=0), middle[0]
-    varying = np.flatnonzero(np.ptp(middle, axis=0) > TOLERANCE * largest)
+    once = _in_chunks(function, 0.5 * (rows[1:] + rows[:-1]))
+    largest, constant = np.max(np.abs(once), axis=0), once[0]
+    varying = np.flatnonzero(np.ptp(once, axis=0) > TOLERANCE * largest)
     x, weights, c = _quadrature(lambda x: _in_chunks(function, x, varying) / largest[varying], rows)
     count = int(np.clip(turn, FEWEST_AVERAGES, MOST_AVERAGES))
     edges = np.searchsorted(rows, np.concatenate([np.linspace(0.0, 1.0, count + 1), stations]))
