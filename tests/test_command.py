@@ -310,7 +310,7 @@ def test_exporting(run: Any) -> None:
     s = np.linspace(0.0, 0.25, 11)
     directors = solution.R(s).transpose(0, 2, 1).reshape(11, 9)
     parts = [s, solution.r(s), directors, solution.k(s), solution.n(s), solution.m(s)]
-    np.testing.assert_array_equal(data, np.column_stack(parts))
+    np.testing.assert_array_equal(data[:, :22], np.column_stack(parts))  # tension, shear, stress: test_tables.py
     np.testing.assert_array_equal(data[:, rows[0].index("d3x")], solution.R(s)[:, 0, 2])
 
 
@@ -319,7 +319,7 @@ def test_what_darboux_and_a_file_hold(run: Any) -> None:
     for words in ("collocation", "end_force", "clamped", "circle", "nitinol", "EN 1993-1-1"):
         assert words in text
     run("new", "hanging-cable")
-    assert "Clamped, Clamped" in run("info", "hanging-cable.toml").stdout
+    assert "Clamped at s = 0 m, Clamped at s = " in run("info", "hanging-cable.toml").stdout
     run("solve", "hanging-cable.toml", "--out", "a.nc", "-q")
     found = json.loads(run("info", "a.nc", "--json").stdout)
     assert found["kind"] == "result"

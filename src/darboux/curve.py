@@ -17,7 +17,6 @@ Side = Literal["before", "behind"]
 
 MOST_NODES = 4  # of an interpolant: order 8
 GAUSS = 5  # points on an interval: of order 10, so that the interpolation between nodes sets the error, not the sum
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(GAUSS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +32,8 @@ class Curve:
     y: Array
     dy: Array
 
-    def __call__(self, s: Array, *, side: Side = "behind") -> Array:
-        """Return the states at s (m,): (m, 13), by the polynomial that fits y and dy at the four nodes around s.
+    def __call__(self, s: Array, part: slice = slice(None), *, side: Side = "behind") -> Array:
+        """Return the states at s (m,), or a part of them: (m, 13), by the polynomial that fits y and dy at the four nodes around s.
 
         At a jump they are those of the given side. Between jumps that enclose fewer nodes those are all that is fitted: then it
         is a quintic or a cubic.
@@ -48,11 +47,12 @@ class Curve:
         lowest, highest = lowest[i], highest[i]
         count = np.minimum(highest - lowest + 1, MOST_NODES)
         first = np.clip(i - 1, lowest, highest - count + 1)
-        result = np.empty((len(s), self.y.shape[1]))
+        y, dy = self.y[:, part], self.dy[:, part]
+        result = np.empty((len(s), y.shape[1]))
         for n in np.unique(count):
             here = count == n
             at = first[here, None] + np.arange(n)
-            result[here] = _hermite(s[here], self.s[at], self.y[at], self.dy[at])
+            result[here] = _hermite(s[here], self.s[at], y[at], dy[at])
         return result
 
     def beside(self, s: Array, side: Side) -> Array:
@@ -115,8 +115,9 @@ def _hermite(s: Array, x: Array, y: Array, dy: Array) -> Array:
     return result
 
 
-def gauss_points(nodes: Array) -> tuple[Array, Array]:
-    """Return points and weights of Gauss' rule of five points on each interval between nodes (n,): (5 (n - 1),) each."""
+def gauss_points(nodes: Array, count: int = GAUSS) -> tuple[Array, Array]:
+    """Return points and weights of Gauss' rule of ``count`` points on each interval between nodes (n,): (count (n - 1),) each."""
+    at, weights = np.polynomial.legendre.leggauss(count)
     half = np.diff(nodes)[:, None] / 2.0
-    points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * _POINTS
-    return points.ravel(), (half * _WEIGHTS).ravel()
+    points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * at
+    return points.ravel(), (half * weights).ravel()

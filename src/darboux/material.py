@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from darboux import checks
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
@@ -14,16 +16,21 @@ class Material:
         G = E / (2 (1 + nu))
 
     Arguments: ``E`` Young's modulus in Pa; ``nu`` Poisson's ratio in (-1, 0.5], or ``G`` shear modulus in Pa (one of
-    the two; nu = 0.3 where neither is given is NOT assumed); ``density`` in kg/m3, needed only where mass acts.
-    Raises ``InvalidInput`` for values outside these ranges.
+    the two; nu = 0.3 where neither is given is NOT assumed); ``density`` in kg/m3, needed only where mass acts; ``strength``
+    in Pa, the stress up to which it is elastic: a solution warns beyond it. A name of ``materials.LIBRARY`` in place of E, as
+    in ``Material("steel")``, gives what is not given. Raises ``InvalidInput`` for values outside these ranges.
     """
 
     E: float
     nu: float | None = None
     density: float | None = None
     G: float | None = None
+    strength: float | None = None
 
     def __post_init__(self) -> None:
+        came: Any = self.E
+        if isinstance(came, str):
+            self._take(came)
         E = checks.positive("material.E", self.E, "Pa")
         if (self.nu is None) == (self.G is None):
             came = "neither" if self.nu is None else "both"
@@ -46,7 +53,18 @@ class Material:
             assign(self, G=G)
         if self.density is not None:
             assign(self, density=checks.not_negative("material.density", self.density, "kg/m^3"))
+        if self.strength is not None:
+            assign(self, strength=checks.positive("material.strength", self.strength, "Pa"))
         assign(self, E=E)
+
+    def _take(self, name: str) -> None:
+        """Take what is not given from the material of that name."""
+        from darboux import materials
+
+        known = materials.named("material", name)
+        given = {part for part in ("nu", "G", "density", "strength") if getattr(self, part) is not None}
+        given |= {"nu", "G"} if given & {"nu", "G"} else set()
+        assign(self, E=known.E, **{part: value for part, value in vars(known).items() if part not in given | {"E"}})
 
     @property
     def shear_modulus(self) -> float:

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from darboux import checks
 from darboux.material import Material
 
-CALLISTER = "W. D. Callister and D. G. Rethwisch, Materials Science and Engineering, 8th ed. (2010), tables B.1 to B.3"
+CALLISTER = "W. D. Callister and D. G. Rethwisch, Materials Science and Engineering, 8th ed. (2010), tables B.1 to B.4"
 ASHBY = "M. F. Ashby, Materials Selection in Mechanical Design, 4th ed. (2011), appendix A"
+
+# Strengths are yield stresses of the strongest ordinary grade or temper, so that what is said to yield does: S460 (EN 1993-1-1,
+# table 3.1), 304 and brass cold-worked, 7075-T6, copper H04, Ti-6Al-4V aged (Callister, table B.4).
 
 
 @dataclass(frozen=True)
@@ -21,18 +24,26 @@ class Entry:
 
 
 LIBRARY = {
-    "steel": Entry("structural steel", Material(E=210e9, nu=0.3, density=7850.0), "EN 1993-1-1 (2005), 3.2.6"),
-    "stainless steel": Entry("austenitic, AISI 304", Material(E=193e9, nu=0.3, density=8000.0), CALLISTER),
+    "steel": Entry(
+        "structural steel", Material(E=210e9, nu=0.3, density=7850.0, strength=460e6), "EN 1993-1-1 (2005), 3.2.6"
+    ),
+    "stainless steel": Entry(
+        "austenitic, AISI 304", Material(E=193e9, nu=0.3, density=8000.0, strength=515e6), CALLISTER
+    ),
     "spring steel": Entry("music wire", Material(E=206e9, G=81.5e9, density=7850.0), "EN 13906-1 (2013)"),
     "nitinol": Entry(
         "nickel-titanium, austenite, up to about 1 % of strain",
         Material(E=70e9, nu=0.33, density=6450.0),
         "T. Duerig, A. Pelton and D. Stöckel, Mater. Sci. Eng. A 273-275 (1999) 149",
     ),
-    "aluminium": Entry("wrought alloys", Material(E=70e9, nu=0.3, density=2700.0), "EN 1999-1-1 (2007), 3.2.5"),
-    "copper": Entry("C11000", Material(E=115e9, nu=0.33, density=8890.0), CALLISTER),
-    "brass": Entry("cartridge brass, 70 Cu 30 Zn", Material(E=110e9, nu=0.35, density=8530.0), CALLISTER),
-    "titanium": Entry("Ti-6Al-4V", Material(E=114e9, nu=0.34, density=4430.0), CALLISTER),
+    "aluminium": Entry(
+        "wrought alloys", Material(E=70e9, nu=0.3, density=2700.0, strength=505e6), "EN 1999-1-1 (2007), 3.2.5"
+    ),
+    "copper": Entry("C11000", Material(E=115e9, nu=0.33, density=8890.0, strength=310e6), CALLISTER),
+    "brass": Entry(
+        "cartridge brass, 70 Cu 30 Zn", Material(E=110e9, nu=0.35, density=8530.0, strength=435e6), CALLISTER
+    ),
+    "titanium": Entry("Ti-6Al-4V", Material(E=114e9, nu=0.34, density=4430.0, strength=1103e6), CALLISTER),
     "tungsten": Entry("commercially pure", Material(E=400e9, nu=0.28, density=19300.0), CALLISTER),
     "glass": Entry("soda-lime", Material(E=69e9, nu=0.23, density=2500.0), CALLISTER),
     "fused silica": Entry("as in optical fibres", Material(E=73e9, nu=0.17, density=2200.0), CALLISTER),
@@ -62,6 +73,11 @@ LIBRARY = {
         "Z. Bryant and others, Nature 424 (2003) 338",
     ),
 }
+
+
+def name_of(material: Material) -> str | None:
+    """Return the name of a material of the library; None for one of one's own."""
+    return next((name for name, entry in LIBRARY.items() if entry.material == material), None)
 
 
 def named(field: str, name: object) -> Material:

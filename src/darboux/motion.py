@@ -278,6 +278,10 @@ class Motion:
                     f"{field} is a table from t = {function.s[0]:g} to {function.s[-1]:g} s; it must reach from 0 to the duration, "
                     f"{self.duration:g} s."
                 )
+            if field.endswith(".position") and function.jumps:
+                raise InvalidInput(
+                    f"{field} jumps at t = {function.jumps[0]:g} s; a support moves without jumps. Give a ramp, however steep."
+                )
         times = np.linspace(0.0, self.duration, SAMPLES)
         for i in range(len(self.factors)):
             for t in times:
@@ -366,6 +370,12 @@ class Motion:
     def events(self) -> tuple[float, ...]:
         """The times in s, within the duration, at which an end is released."""
         return tuple(t for _, t in self.release if 0.0 < t < self.duration)
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """The times in s, within the duration, at which a table of times jumps: steps end there."""
+        times = {t for _, table in self._tables() for t in table.jumps}
+        return tuple(sorted(t for t in times if 0.0 < t < self.duration))
 
     @property
     def supports(self) -> tuple[tuple[float, Support], ...]:

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 STEEP_SAMPLES = 2048
 STEEP = 0.02  # of the largest value, between two samples
 BISECTIONS = 42  # after which an interval between samples is rounding
+MOST_ROWS = 400  # of tables: denser ones are not followed from row to row, but averaged
 
 
 @description
@@ -280,11 +281,16 @@ class Equilibrium:
         loads, C = self.distributed(s), self.rod.compliance(s)
         return np.concatenate([loads.a, loads.b, loads.la, loads.lb, self.rod.k0(s), C.reshape(-1, 36)], axis=1)
 
-    @property
+    @cached_property
     def breaks(self) -> tuple[float, ...]:
         """The arc lengths in m, between the ends, at which a table has a kink or a knot, or a station is."""
         inner = {s for load in self.loads for s in breaks_of(load) if 0.0 < s < self.rod.length}
         return tuple(sorted(inner.union(self.rod.breaks, self.stations)))
+
+    @property
+    def dense(self) -> bool:
+        """True where tables have so many rows that methods average them."""
+        return len(self.breaks) > MOST_ROWS
 
 
 @description

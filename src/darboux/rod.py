@@ -155,8 +155,12 @@ class Rod:
         these are held at zero, and so are their rows and columns here.
         """
         free = [*([0, 1] if self.shear else []), *([2] if self.stretch else []), 3, 4, 5]
-        K = self.stiffness(s).matrix[:, free][:, :, free]
-        C = np.zeros((len(s), 6, 6))
+        stiffness, C = self.stiffness(s), np.zeros((len(s), 6, 6))
+        if stiffness.full is None:
+            for i in free:
+                C[:, i, i] = 1.0 / stiffness.diagonal[i]
+            return C
+        K = stiffness.matrix[:, free][:, :, free]
         C[np.ix_(range(len(s)), free, free)] = np.linalg.inv(K)
         return C
 
@@ -182,7 +186,7 @@ class Rod:
         """True where neither the section nor the natural shape varies along s."""
         return not callable(self.natural) and self._same_section
 
-    @property
+    @cached_property
     def breaks(self) -> tuple[float, ...]:
         """The arc lengths in m, between the ends, at which a table has a kink or a knot."""
         tables = [self.natural] if isinstance(self.natural, Table) else []

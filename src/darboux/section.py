@@ -53,10 +53,15 @@ class SectionStiffness:
         if self.full is not None:
             return self.full
         result = np.zeros((len(self.GJ), 6, 6))
-        for i, value in enumerate((self.GA1, self.GA2, self.EA, self.EI1, self.EI2, self.GJ)):
+        for i, value in enumerate(self.diagonal):
             if value is not None:
                 result[:, i, i] = value
         return result
+
+    @property
+    def diagonal(self) -> tuple[Any, ...]:
+        """The stiffnesses in the matrix' order, (n,) each or None."""
+        return (self.GA1, self.GA2, self.EA, self.EI1, self.EI2, self.GJ)
 
 
 class Section:

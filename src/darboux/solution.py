@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import balance, checks, frames, link, stress
+from darboux import balance, cable, checks, frames, link, materials, mistakes, stress
 from darboux.balance import Balance
-from darboux.checks import ONE_PLACE, real_array, shown, whole
+from darboux.cable import Cable
+from darboux.checks import ONE_PLACE, array, real_array, shown, whole
 from darboux.curve import Curve, Side, gauss_points
 from darboux.dataset import dataset
 from darboux.errors import InvalidInput, NotConverged
@@ -299,13 +300,22 @@ class EquilibriumSolution:
 
     @cached_property
     def _nodes(self) -> Array:
-        """The places between which all is smooth: (n,) in m, those of the curve and where the data bend or jump."""
-        return np.unique(np.concatenate([self.curve.s, self.problem.breaks, self.problem.steep_places]))
+        """The places between which all is smooth: (n,) in m, those of the curve and where the data bend or jump.
+
+        Rows of dense tables are not among them.
+        """
+        breaks = () if self.problem.dense else self.problem.breaks
+        return np.unique(np.concatenate([self.curve.s, breaks, self.problem.steep_places]))
+
+    @cached_property
+    def _rows(self) -> Array:
+        """The same with the rows of dense tables, for sums."""
+        return np.union1d(self._nodes, self.problem.breaks) if self.problem.dense else self._nodes
 
     @cached_property
     def energy(self) -> Energy:
         """The energies, integrated by Gauss' rule of five points between nodes; elastic ones the method's own if it has."""
-        points, weights = gauss_points(self._nodes)
+        points, weights = gauss_points(self._rows if self.elastic_parts is None else self._nodes)
         y = self.curve(points)
         works = np.prod(self._section(points, y), axis=0)
         stretched, bent, twisted = (np.sum(works[:, part], axis=1) for part in np.split(np.arange(6), [3, 5]))
@@ -313,10 +323,18 @@ class EquilibriumSolution:
         bending, twist, stretch = integrals if self.elastic_parts is None else self.elastic_parts
         problem = self.problem
         ends = ((0.0, problem.end_load("start")), (problem.rod.length, problem.end_load("end")))
-        load = float(weights @ problem.potential(points, y[:, 0:3]))
+        points, weights, r = self._for_loads(points, weights, y)
+        load = float(weights @ problem.potential(points, r))
         load += sum(at.potential(self.r(s), self.R(s)) for s, at in (*ends, *problem.points.items()))
         supports = sum(support.energy(self.r(s), self.R(s)) for s, support in problem.supports)
         return Energy(bending, twist, stretch, supports, self.load_factor * load)
+
+    def _for_loads(self, points: Array, weights: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Return points, weights and places (n, 3) for sums of loads: in every row of dense tables, else those given."""
+        if not self.problem.dense or not self.problem.loads:
+            return points, weights, y[:, 0:3]
+        points, weights = gauss_points(self._rows, 2)
+        return points, weights, self.curve(points, slice(0, 3))
 
     # -- stress and strain ---------------------------------------------------------------------------------------
 
@@ -355,21 +373,44 @@ class EquilibriumSolution:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What to mind before the answer is used, in sentences: strain beyond 5 %, where small-strain theory is left."""
-        if not self.problem.rod.section.has_shape or self.largest_strain.strain <= SMALL_STRAIN:
+        """What to mind before the answer is used, in sentences.
+
+        Strain beyond 5 %, where small-strain theory is left; stress beyond the material's strength; what is mostly a slip: ends at
+        one place, a twist in degrees, millimetres.
+        """
+        return (*mistakes.of_problem(self.problem), *self._overstrained)
+
+    @property
+    def _overstrained(self) -> tuple[str, ...]:
+        rod = self.problem.rod
+        if not rod.section.has_shape:
             return ()
-        found = self.largest_strain
+        strength, stressed = rod.material.strength, self.largest_stress
+        found, name = self.largest_strain, materials.name_of(rod.material)
+        if strength is not None and stressed.von_mises > strength:
+            return (
+                f"the stress reaches {stressed.von_mises / 1e6:.4g} MPa (von Mises) at s = {stressed.s:.4g} m, beyond the strength "
+                f"of {name or 'the material'}, {strength / 1e6:.4g} MPa: it yields or breaks, and linear elasticity ends before.",
+            )
+        if found.strain <= SMALL_STRAIN:
+            return ()
         return (
             f"the strain reaches {100.0 * found.strain:.3g} % at s = {found.s:.4g} m; beyond {100.0 * SMALL_STRAIN:g} % linear "
             "elasticity and small-strain theory are rough.",
         )
+
+    @cached_property
+    def cable(self) -> Cable | None:
+        """Span, sag, largest tension, end angles and loaded length of a rod that hangs between its held ends; else None."""
+        points, weights = gauss_points(self._nodes)
+        return cable.cable(self.problem, self.curve, self.v(points), points, weights)
 
     # -- is it right? --------------------------------------------------------------------------------------------
 
     @cached_property
     def balance(self) -> Balance:
         """The residual of the balance of forces and moments, integrated independently of the method, in units of the largest."""
-        return balance.balance(self.problem, self.curve, self.load_factor, self._nodes)
+        return balance.balance(self.problem, self.curve, self.load_factor, self._rows)
 
     # -- the curve and its ribbon --------------------------------------------------------------------------------
 
@@ -379,7 +420,7 @@ class EquilibriumSolution:
 
         It is the twist about the tangent where the rod does not shear.
         """
-        points, weights = gauss_points(self._nodes)
+        points, weights = gauss_points(self._rows)
         return float(weights @ self.k(points)[:, 2]) / frames.turn
 
     @cached_property
@@ -417,15 +458,18 @@ class EquilibriumSolution:
 
     # -- pictures ------------------------------------------------------------------------------------------------
 
-    def plot(self, ax: Any = None) -> Axes:
+    def plot(self, ax: Any = None, *, points: Any = None) -> Axes:
         """Draw the shape in the plane in which it lies, or in space, in a box and with its directors d1 and d2.
 
         ``ax`` are plain axes of Matplotlib to draw on, with your own settings; None: a new figure of ``pyplot``'s in our
-        style. Lengths have one scale in all directions, in a unit that keeps their numbers short. Returns the axes.
+        style. Lengths have one scale in all directions, in a unit that keeps their numbers short. ``points`` (n, 3) in m are drawn
+        over the rod, as those of a measurement. Returns the axes. Raises ``InvalidInput``.
         """
         from darboux.view import shapes, style
 
-        return shapes.shape(self, ax, style.shown_figure())
+        if points is not None:
+            points = array("plot.points", points, (len(points) if np.ndim(points) else 1, 3), "m")
+        return shapes.shape(self, ax, style.shown_figure(), points)
 
     def plot_fields(self, *names: str, ax: Any = None) -> list[Axes]:
         """Draw fields over the arc length, each in axes of its own, as in ``plot_fields("moments", "stress")``.

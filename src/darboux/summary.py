@@ -22,10 +22,11 @@ def summary(solution: EquilibriumSolution) -> str:
         ("status", solution.status.message),
         *(("warning", sentence) for sentence in solution.warnings),
         ("method", f"{solution.method} ({solution.model})"),
-        ("tip", f"{vector(solution.tip)} m"),
+        ("tip", f"{vector(solution.tip, solution.error.tip)} m"),
         *_reactions(solution),
         ("largest |m|", _largest_moment(solution)),
         *_stress(solution),
+        *_cable(solution),
         ("energy", _energy(solution)),
         *_error(solution),
     ]
@@ -34,21 +35,22 @@ def summary(solution: EquilibriumSolution) -> str:
     return "\n".join(f"{name:<{NAME}}{text}" for name, text in lines)
 
 
-def vector(values: Array) -> str:
-    """Return the components with nine digits, those of rounding as 0."""
-    least = ROUNDING * np.max(np.abs(values))
+def vector(values: Array, error: float | None = None) -> str:
+    """Return the components with nine digits, those of rounding, or below an estimated ``error``, as 0."""
+    least = max(ROUNDING * float(np.max(np.abs(values))), error or 0.0)
     return "(" + ", ".join("0" if abs(value) <= least else f"{value:.9g}" for value in values) + ")"
 
 
 def _reactions(solution: EquilibriumSolution) -> list[tuple[str, str]]:
-    lines = []
+    lines, error = [], solution.error
     for end in ("start", "end"):
         if getattr(solution.problem, end).holds:
             reaction = getattr(solution.reactions, end)
-            lines += [(f"{end:<5} force", f"{vector(reaction.force)} N")]
-            lines += [(f"{end:<5} moment", f"{vector(reaction.moment)} N m")]
+            lines += [(f"{end:<5} force", f"{vector(reaction.force, error.reactions)} N")]
+            lines += [(f"{end:<5} moment", f"{vector(reaction.moment, error.moments)} N m")]
     for s, reaction in solution.reactions.between.items():
-        lines += [(f"at {s:.4g} m", f"{vector(reaction.force)} N, {vector(reaction.moment)} N m")]
+        force, moment = vector(reaction.force, error.reactions), vector(reaction.moment, error.moments)
+        lines += [(f"at {s:.4g} m", f"{force} N, {moment} N m")]
     return lines
 
 
@@ -71,6 +73,20 @@ def _stress(solution: EquilibriumSolution) -> list[tuple[str, str]]:
     return [
         ("stress", f"at most {von_mises} MPa (von Mises) at s = {found.s:.4g} m, x1 = {x1} mm, x2 = {x2} mm:"),
         ("", f"axial {axial}, bending {bending}, torsion {torsion} MPa"),
+    ]
+
+
+def _cable(solution: EquilibriumSolution) -> list[tuple[str, str]]:
+    cable = solution.cable
+    if cable is None:
+        return []
+    return [
+        ("cable", f"sag {cable.sag:.6g} m, span {cable.span:.6g} m, length {cable.length:.9g} m,"),
+        (
+            "",
+            f"tension up to {cable.tension:.6g} N at s = {cable.at:.4g} m, ends {cable.angles[0]:.4g} and "
+            f"{cable.angles[1]:.4g} degrees below the horizontal",
+        ),
     ]
 
 

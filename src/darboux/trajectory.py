@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks
+from darboux import checks, mistakes
 from darboux.errors import InvalidInput, NotConverged
 from darboux.motion import Motion
 from darboux.problem import Ring
@@ -251,12 +251,18 @@ class Trajectory:
             f"<Trajectory by {self.method}: {self.status.code}, {len(self.times)} records to t = {self.times[-1]:g} s>"
         )
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to mind before the answer is used, in sentences, as of an ``EquilibriumSolution``."""
+        return tuple(mistakes.of_problem(self.motion.problem))
+
     def __str__(self) -> str:
         tip, energy = self.tip[-1], self.energy
         steps = self.statistics.get("steps", 0)
         return "\n".join(
             [
                 f"status        {self.status.message}",
+                *(f"warning       {sentence}" for sentence in self.warnings),
                 f"method        {self.method}, {steps} steps",
                 f"tip           ({', '.join(f'{x + 0.0:.6g}' for x in tip)}) m at t = {self.times[-1]:.6g} s",
                 f"energy        {energy.total[-1]:.6g} J ({energy.parts})",

@@ -90,12 +90,12 @@ def _motion(motion: Any, method: Any) -> dict[str, Any]:
 
 
 def _problem(problem: Any) -> dict[str, Any]:
-    between = [f"{type(support).__name__} at {s:g} m" for s, support in problem.between]
+    places = [(0.0, problem.start), *problem.between, (problem.rod.length, problem.end)]
     return {
         "problem": type(problem).__name__,
         "length": f"{problem.rod.length:g} m",
         "section": type(problem.rod.section).__name__,
         "model": problem.rod.model,
-        "supports": [type(problem.start).__name__, *between, type(problem.end).__name__],
+        "supports": [f"{type(support).__name__} at s = {s:g} m" for s, support in places],
         "loads": [type(load).__name__ for load in problem.loads] or "none",
     }

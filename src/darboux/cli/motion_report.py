@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from darboux import __version__
-from darboux.cli.report import table_of, vector_text
+from darboux.cli.report import duration_text, table_of, vector_text
 from darboux.trajectory import Trajectory
 from darboux.view import terminal
 
@@ -38,6 +38,7 @@ def content(trajectory: Trajectory, seconds: float) -> dict[str, Any]:
         },
         "momentum": trajectory.momentum[-1],
         "angular_momentum": trajectory.angular_momentum[-1],
+        "warnings": trajectory.warnings,
         "records": len(trajectory.times),
         "steps": counts["steps"],
         "newton_iterations": counts["newton_iterations"],
@@ -53,6 +54,7 @@ def table(trajectory: Trajectory, title: str, seconds: float) -> Table:
     energy, counts = trajectory.energy, trajectory.statistics
     rows = [
         ("status", trajectory.status.message),
+        *(("warning", sentence) for sentence in trajectory.warnings),
         ("method", f"{trajectory.method}, {trajectory.motion.problem.rod.model}"),
         ("reached", f"t = {trajectory.times[-1]:.6g} s of {trajectory.motion.duration:.6g} s"),
         ("tip at the end", f"{vector_text(trajectory.tip[-1], trajectory.motion.problem.rod.length)} m"),
@@ -63,7 +65,7 @@ def table(trajectory: Trajectory, title: str, seconds: float) -> Table:
             "steps",
             f"{counts['steps']}, shortened {counts['halvings']} times; {counts['newton_iterations']} Newton iterations",
         ),
-        ("time", f"{seconds:.2g} s"),
+        ("time", duration_text(seconds)),
     ]
     return table_of(rows, title)
 

@@ -46,6 +46,7 @@ def content(solution: EquilibriumSolution, seconds: float) -> dict[str, Any]:
             "supports": energy.supports,
             "load": energy.load,
         },
+        "cable": None if solution.cable is None else vars(solution.cable),
         "error": vars(solution.error),
         "warnings": solution.warnings,
         "stable": solution.stable,
@@ -60,15 +61,16 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
     """Return the table that an engineer wants; it fits a screen of 80 columns."""
     place, largest = _largest_moment(solution)
     force = float(np.max(np.abs(solution.n(solution.s))))
+    error = solution.error
     rows = [
         ("status", solution.status.message),
         *(("warning", sentence) for sentence in solution.warnings),
         ("method", f"{solution.method}, {solution.model}"),
-        ("tip", f"{vector_text(solution.tip, solution.problem.rod.length)} m"),
+        ("tip", f"{vector_text(solution.tip, solution.problem.rod.length, error.tip)} m"),
         ("tip's tangent", vector_text(_tangent(solution), 1.0)),
         (
             "error of the tip",
-            "not estimated" if solution.error.tip is None else f"{solution.error.tip:.1e} m (estimated)",
+            "not estimated" if error.tip is None else f"{error.tip:.1e} m (estimated)",
         ),
     ]
     reactions = [
@@ -79,8 +81,16 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
     reactions[1:1] = [(f"{s:g} m", reaction) for s, reaction in solution.reactions.between.items()]
     for where, reaction in reactions:
         rows += [
-            (f"force at {where}", f"{vector_text(reaction.force, force)} N"),
-            (f"moment at {where}", f"{vector_text(reaction.moment, largest)} N m"),
+            (f"force at {where}", f"{vector_text(reaction.force, force, error.reactions)} N"),
+            (f"moment at {where}", f"{vector_text(reaction.moment, largest, error.moments)} N m"),
+        ]
+    if cable := solution.cable:
+        start, end = cable.angles
+        rows += [
+            ("sag", f"{cable.sag:.6g} m over a span of {cable.span:.6g} m"),
+            ("largest tension", f"{cable.tension:.6g} N at s = {cable.at:.4g} m"),
+            ("end angles", f"{start:.4g} and {end:.4g} degrees below the horizontal"),
+            ("loaded length", f"{cable.length:.9g} m"),
         ]
     energy = solution.energy
     stable = {None: "not counted", True: "stable", False: f"unstable in {solution.index} direction(s)"}
@@ -90,7 +100,7 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
     rows += [
         ("energy", f"{energy.total:.6g} J ({energy.parts})"),
         ("stability", stable[solution.stable]),
-        ("time", f"{seconds:.2g} s"),
+        ("time", duration_text(seconds)),
     ]
     return table_of(rows, title)
 
@@ -144,6 +154,12 @@ def _tangent(solution: EquilibriumSolution) -> Any:
     return tangent / np.linalg.norm(tangent)
 
 
-def vector_text(values: Any, scale: float) -> str:
-    """Return three numbers as text; what is nothing beside ``scale`` is zero."""
-    return "(" + ", ".join(f"{0.0 if abs(value) <= NOTHING * scale else value:.6g}" for value in values) + ")"
+def vector_text(values: Any, scale: float, error: float | None = None) -> str:
+    """Return three numbers as text; what is nothing beside ``scale``, or below an estimated ``error``, is zero."""
+    least = max(NOTHING * scale, error or 0.0)
+    return "(" + ", ".join(f"{0.0 if abs(value) <= least else value:.6g}" for value in values) + ")"
+
+
+def duration_text(seconds: float) -> str:
+    """Return a duration as text, without powers of ten: 0.42 s, 3.1 s, 163 s."""
+    return f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.2g} s"

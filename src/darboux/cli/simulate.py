@@ -40,6 +40,8 @@ def simulate(
     from darboux.dynamics.simulate import simulate as simulated
 
     stated = scenario.read(file, anywhere=anywhere)
+    for note in stated.notes:
+        typer.echo(f"warning: {note}", err=True)
     if stated.motion is None:
         raise InvalidInput(
             f'{file} states no motion; add the table [motion] with duration = "1 s", or use darboux solve.'

@@ -29,6 +29,8 @@ def solve(
     from darboux import scenario
 
     stated = scenario.read(file, anywhere=anywhere)
+    for note in stated.notes:
+        typer.echo(f"warning: {note}", err=True)
     solver = scenario.method(method, stated.method) if method else stated.method
     from darboux.statics.solve import solve as solved
 

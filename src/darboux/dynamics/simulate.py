@@ -136,10 +136,11 @@ def _continued(motion: Motion, method: Any, records: int | None, before: Traject
 
 def _to(run: Run, t: float) -> str | None:
     """Take a run to a time, releasing supports on the way; return why it broke off, or None."""
-    for event in (*(e for e in run.system.motion.events if run.t < e < t), t):
+    motion = run.system.motion
+    for event in (*sorted(e for e in {*motion.events, *motion.jumps} if run.t < e < t), t):
         if not run.advance(event):
             return run.failure()
-        if event in run.system.motion.events:
+        if event in motion.events:
             run.release()
     return None
 

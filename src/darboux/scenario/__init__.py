@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +16,22 @@ LARGEST = 300_000  # bytes of a scenario, which are read in well under a second;
 # A key of more than sixteen parts: the parser's time grows with the square of that, and no scenario nests so deep.
 TOO_DEEP = re.compile(r"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){16}""")
 
+UNSUPPORTED = "the file names no supports: the rod is clamped at s = 0, at the origin and along z, and its end is free."
+
 
 @description
 class Scenario:
     """What a scenario file holds.
 
     ``problem``, and ``method`` where the file names one (else None: the solver of record); ``motion`` of that problem and
-    ``motion_method`` where it states them.
+    ``motion_method`` where it states them; ``notes`` what the file leaves to defaults that may hide a mistake, in sentences.
     """
 
     problem: Equilibrium
     method: Any = None
     motion: Any = None
     motion_method: Any = None
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def toml(self) -> str:
@@ -98,7 +102,8 @@ def parse(text: str, *, folder: Path | None = None, anywhere: bool = False) -> S
     try:
         given = forms.scenario().model_validate(data, context={"folder": folder, "anywhere": anywhere}).given
         problem, motion = forms.problem(given), given["motion"].given if "motion" in given else {}
-        return Scenario(problem, given.get("method"), forms.motion(problem, given), motion.get("method"))
+        notes = () if "supports" in given or "ring" in given else (UNSUPPORTED,)
+        return Scenario(problem, given.get("method"), forms.motion(problem, given), motion.get("method"), notes)
     except ValidationError as error:
         raise InvalidInput(sentences.sentence(error, text)) from None
     except InvalidInput as error:

@@ -174,7 +174,14 @@ MOTION = _shape(
     release=(None, "s"),
     rotary_inertia=_of(number, "kg m"),
 )
-MATERIAL = _shape("Material", E=_of(number, "Pa"), nu=PLAIN, density=_of(number, "kg/m^3"), G=_of(number, "Pa"))
+MATERIAL = _shape(
+    "Material",
+    E=_of(number, "Pa"),
+    nu=PLAIN,
+    density=_of(number, "kg/m^3"),
+    G=_of(number, "Pa"),
+    strength=_of(number, "Pa"),
+)
 HELIX = _shape("Helix", "radius pitch", radius=LENGTH, pitch=LENGTH, handed=(word("right", "left"), ""))
 ROD = _shape(
     "Rod",

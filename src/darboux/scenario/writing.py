@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+from darboux import materials
 from darboux.errors import InvalidInput
 from darboux.material import Material
 from darboux.natural import Helix
@@ -44,7 +45,8 @@ def _rod(problem: Equilibrium) -> dict[str, Any]:
     table: dict[str, Any] = {"length": _quantity("rod.length", rod.length, "m")}
     table["section"] = _written("rod.section", rod.section, forms.SECTIONS, "shape")
     if isinstance(rod.material, Material):
-        table["material"] = _fields("rod.material", rod.material, forms.MATERIAL)
+        name = materials.name_of(rod.material)
+        table["material"] = name or _fields("rod.material", rod.material, forms.MATERIAL)
     if isinstance(rod.natural, Helix):
         table["natural"] = {"helix": _fields("rod.natural", rod.natural, forms.HELIX)}
     elif rod.natural is not None:

@@ -19,7 +19,7 @@ from darboux.kernels.collocation import FEWEST_STAGES, MOST_STAGES
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import first_shape, hanging_chain, limits, load_path, pendulum
-from darboux.statics.coefficients import Scale
+from darboux.statics.coefficients import Scale, elastic_parts
 from darboux.statics.collocation_equations import Equations, State
 from darboux.statics.collocation_refinement import refined
 from darboux.statics.first_shape import FirstShape
@@ -98,15 +98,17 @@ class Collocation:
 
     def _answer(self, problem: Equilibrium, found: _Found, began: float) -> EquilibriumSolution:
         equations, mesh, path = found.equations, found.mesh, found.path
+        curve = equations.curve(mesh, path.load_factor)
         return EquilibriumSolution(
             problem,
             self,
             problem.rod.model,
             found.status,
-            equations.curve(mesh, path.load_factor),
+            curve,
             load_factor=path.load_factor,
             index=path.index,
             error=found.error,
+            elastic_parts=elastic_parts(problem, equations.table, curve, equations.scale),
             statistics={
                 "seconds": time.perf_counter() - began,
                 "elements": mesh.elements,

@@ -57,6 +57,7 @@ IDLE, NOISE = 1e-6, 1e-10  # ... if the equations ask for less than this along i
 NOTHING = np.empty(0)  # no load is a function of the shape
 ROUNDING_STRAIN = 1e-14  # of a stretching rod: what rounding of places amounts to
 BESIDE = 1e-12  # of L, from a jump: on either side of what encloses it
+CLOSEST = 1e-11  # of L, between two breaks
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +96,10 @@ class Equations:
             self.table, self.relaxing = coefficients.table(problem, self.scale), np.zeros((1, 1, 3))
         else:
             self.table, self.relaxing = coefficients.table_and_strain(problem, self.scale, shape.k, shape.knots)
-        self.breaks = _apart({*problem.breaks, *problem.jumps}, problem.stations, problem.rod.length)
+        places = (
+            [*problem.breaks, *problem.jumps] if not problem.dense else self.table.breaks[1:-1] * problem.rod.length
+        )
+        self.breaks, self.widths = _apart(places, problem.stations, problem.rod.length)
         self.start = EndConditions(problem.start, problem.end_load("start"), -1.0, self.scale)
         self.end = EndConditions(problem.end, problem.end_load("end"), 1.0, self.scale)
         self.stations = [
@@ -199,11 +203,13 @@ class Equations:
 
     def _first_nodes(self) -> Array:
         """Return nodes so close that the natural shape turns little over an element."""
-        x = np.linspace(0.0, 1.0, 1025)
-        k0 = np.linalg.norm((self.natural_shape if self.shape is None else self.shape.k)(x), axis=1)
+        x = np.union1d(np.linspace(0.0, 1.0, 1025), self.breaks)  # a sharp bend lies between two breaks
+        k0 = np.linalg.norm(
+            (self.natural_shape if self.shape is None else self.shape.k)(0.5 * (x[1:] + x[:-1])), axis=1
+        )
         pieces = np.minimum(1.0 / np.diff(self.table.breaks), 1024.0)  # where the data need short polynomials
         there = np.searchsorted(self.table.breaks, 0.5 * (x[1:] + x[:-1]), side="right") - 1
-        turned = (0.5 * (k0[1:] + k0[:-1]) + pieces[there]) * np.diff(x)
+        turned = (k0 + pieces[there]) * np.diff(x)
         elements = max(FIRST_ELEMENTS, int(np.ceil(np.sum(turned) / LARGEST_NATURAL_TURN)))
         nodes = better_nodes(x, turned, elements, self.breaks)
         return nodes if self.shape is None else np.union1d(nodes, self.shape.layers)
@@ -436,7 +442,11 @@ class Equations:
         y = np.repeat(mesh.y, np.where(single, 2, 1), axis=0)
         second = np.concatenate([[False], np.diff(x) == 0.0])
         first = np.concatenate([second[1:], [False]])
-        at = np.where(first, x - BESIDE, np.where(second, x + BESIDE, x))
+        width = np.zeros(len(x))
+        if len(self.breaks):
+            nearest = np.minimum(np.searchsorted(self.breaks, x), len(self.breaks) - 1)
+            width = np.where(self.breaks[nearest] == x, self.widths[nearest], 0.0)
+        at = np.where(first, x - width - BESIDE, np.where(second, x + width + BESIDE, x))
         table = self.table.loaded(load_factor, self.slack * (1.0 - load_factor))
         dy = coefficients.slopes(table(at), y)
         if self.problem.of_shape:
@@ -446,13 +456,22 @@ class Equations:
         return self.scale.curve(x, y, dy)
 
 
-def _apart(places: set[float], stations: Iterable[float], length: float) -> Array:
-    """Return the places in m over the length without those too close to be told apart; stations are kept."""
-    result = [s / length for s in stations]
-    for x in sorted(s / length for s in places):
-        if all(abs(x - other) > coefficients.CLOSEST for other in result):
-            result.append(x)
-    return np.array(sorted(result))
+def _apart(places: Iterable[float], stations: Iterable[float], length: float) -> tuple[Array, Array]:
+    """Return places in m over the length, and how far on either side of each lie those too close to be told apart from it.
+
+    Of those that are closer than ``CLOSEST`` it is the middle, but for stations, which are kept.
+    """
+    fixed = np.array(sorted(s / length for s in stations))
+    x = np.unique([s / length for s in places])
+    groups = np.split(x, np.flatnonzero(np.diff(x) > CLOSEST) + 1) if len(x) else []
+    found = []
+    for group in groups:
+        near = fixed[(fixed >= group[0] - CLOSEST) & (fixed <= group[-1] + CLOSEST)]
+        if len(near) == 0:
+            found.append((0.5 * (group[0] + group[-1]), 0.5 * (group[-1] - group[0])))
+    found += [(at, 0.0) for at in fixed]
+    found.sort()
+    return np.array([at for at, _ in found]), np.array([width for _, width in found])
 
 
 def _unit(a: Array) -> Array:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from darboux.kernels.rod_equations import FORCE, MOMENT
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
+from darboux.statics.coefficients import elastic_parts
 from darboux.statics.collocation_equations import MOST_ELEMENTS, Equations
 from darboux.statics.mesh import Mesh, size, units
 
@@ -57,7 +58,7 @@ def _dense(equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: f
         between = equations.scale.states(equations.curve(coarse, 1.0), fine.x)
         smooth = ~np.isin(fine.x, equations.breaks)
         gap = size((between - fine.y)[smooth], fine.y)
-        if gap <= GAIN * rtol:
+        if gap <= GAIN * rtol + equations.table.between:
             break
         finer = equations.newton(fine.halved(), 1.0, sharp, most=6)
         if finer is None:
@@ -74,17 +75,21 @@ def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorE
     force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
     unit = [float(x) for x in units(fine.y)]
     problem, model, status = equations.problem, equations.problem.rod.model, Status("converged", "")
-    energies = [
-        EquilibriumSolution(problem, None, model, status, equations.curve(mesh, 1.0)).energy.total
-        for mesh in (coarse, fine)
+    curves = [equations.curve(mesh, 1.0) for mesh in (coarse, fine)]
+    parts = [elastic_parts(problem, equations.table, curve, scale) for curve in curves]
+    energies = [  # of dense tables, elastic ones alone: loads in all their rows take long
+        sum(elastic) if elastic else EquilibriumSolution(problem, None, model, status, curve).energy.total
+        for elastic, curve in zip(parts, curves, strict=True)
     ]
     place = float(np.max(np.linalg.norm(gaps[:, :3], axis=1)))
+    averaged = equations.table.error
     return ErrorEstimate(
-        max(share * place, ROUNDING) * scale.length,
-        max(share * force, ROUNDING * unit[FORCE]) * scale.force,
-        max(share * moment, ROUNDING * unit[MOMENT]) * scale.moment,
+        max(share * place + averaged, ROUNDING) * scale.length,
+        max(share * force + averaged * unit[FORCE], ROUNDING * unit[FORCE]) * scale.force,
+        max(share * moment + averaged * unit[MOMENT], ROUNDING * unit[MOMENT]) * scale.moment,
         # the energy is summed along the curve, which adds an error of its own
         max(
-            SURE * share * float(np.ptp(energies)), ROUNDING * max(scale.moment, *(abs(energy) for energy in energies))
+            SURE * share * float(np.ptp(energies)) + averaged * scale.moment,
+            ROUNDING * max(scale.moment, *(abs(energy) for energy in energies)),
         ),
     )

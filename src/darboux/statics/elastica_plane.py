@@ -29,6 +29,7 @@ from darboux.statics import limits
 Array = NDArray[np.float64]
 
 OUT_OF_PLANE = 1e-12  # of the largest load or curvature: rounding in the data; anything larger is refused
+MOST_BREAKS = 2000
 SAME_FRAME = 1e-10  # between the frame of a held end and that of the clamp, turned in the plane
 SAMPLES = 257  # places along the rod at which the data are looked at
 CURVE_TOLERANCE = 1e-12  # of the interpolation between the nodes of a curve, relative to the largest value
@@ -300,6 +301,11 @@ def _check_model(problem: Equilibrium) -> None:
     if rod.stretch or rod.shear:
         verb, name = ("stretches", "stretch") if rod.stretch else ("shears", "shear")
         raise NotPlanar(f"Elastica states planar, inextensible rods; this rod {verb}. {INSTEAD}, or set {name}=False.")
+    if len(problem.breaks) > MOST_BREAKS:
+        raise NotPlanar(
+            f"Elastica follows tables from row to row, up to {MOST_BREAKS} of them; here are {len(problem.breaks)} between the "
+            f"ends. {INSTEAD}, which averages them."
+        )
     mixed = limits.coupled(problem, "Elastica")
     if mixed:
         raise NotPlanar(mixed)

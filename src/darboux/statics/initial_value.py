@@ -86,7 +86,7 @@ def integrate(
         )
         x, y, dy = (np.concatenate([part, part[-1:]]) for part in (x, y, dy))
         x[-1] = 1.0  # beyond the stop the last state is kept
-    curve = scale.curve(*joined(x, y, dy, np.array(problem.breaks) / rod.length))
+    curve = scale.curve(*joined(x, y, dy, table.breaks if problem.dense else np.array(problem.breaks) / rod.length))
     ends = [EndForce(curve.y[-1, FORCE:MOMENT]), EndMoment(curve.y[-1, MOMENT:])]
     solution = EquilibriumSolution(
         dataclasses.replace(problem, loads=(*problem.loads, *ends)),
@@ -94,6 +94,7 @@ def integrate(
         rod.model,
         status,
         curve,
+        elastic_parts=coefficients.elastic_parts(problem, table, curve, scale),
         statistics={"seconds": time.perf_counter() - began, "steps": len(curve.s) - 1},
     )
     return solution.check() if throw else solution

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from darboux import frames
+from darboux.curve import gauss_points
 from darboux.problem import Equilibrium, Ring
+
+Array = NDArray[np.float64]
 
 PUSHED = (
     "the rod is straight, inextensible and held at both ends, and nothing bends it to a side: pushed together it stays straight "
@@ -21,21 +25,31 @@ SAME = 1e-12  # relative: two places or directions are one
 
 def wound(problem: Equilibrium) -> str | None:
     """Return the sentence for a natural shape that winds more often than any method lays it out, or None."""
-    L = problem.rod.length
-    k0 = float(np.max(np.abs(problem.rod.k0(np.linspace(0.0, L, 33)))))
-    if k0 * L <= MOST_WOUND:
+    s, weights = _along(problem)
+    k0 = np.linalg.norm(problem.rod.k0(s), axis=1)
+    wound = float(weights @ k0)
+    if wound <= MOST_WOUND:
         return None
     return (
-        f"rod.natural, up to {k0:.3g} 1/m over {L:g} m, winds the rod {k0 * L / frames.turn:.2g} times; at most "
-        f"{MOST_WOUND / frames.turn:.2g} can be computed with. Check its unit, 1/m."
+        f"rod.natural, up to {np.max(k0):.3g} 1/m over {problem.rod.length:g} m, winds the rod {wound / frames.turn:.2g} times; at "
+        f"most {MOST_WOUND / frames.turn:.2g} can be computed with. Check its unit, 1/m."
     )
+
+
+def _along(problem: Equilibrium) -> tuple[Array, Array]:
+    """Return points s (n,) in m and weights (n,) for sums along the rod: between the rows of tables and where functions jump."""
+    L = problem.rod.length
+    even = np.linspace(0.0, L, 33)
+    return gauss_points(np.unique(np.concatenate([even, problem.breaks, problem.steep_places])), 2)
 
 
 def straight(problem: Equilibrium) -> str | None:
     """Return why an inextensible, straight rod between two clamps has no solution that could be followed, or None."""
     rod, start, end = problem.rod, problem.start, problem.end
-    s = np.linspace(0.0, rod.length, 33)
-    if rod.stretch or not (start.holds and end.holds) or np.any(rod.k0(s)):
+    if rod.stretch or not (start.holds and end.holds):
+        return None
+    s = np.concatenate([[0.0], _along(problem)[0], [rod.length]])
+    if np.any(rod.k0(s)):
         return None
     tangent = start.R[:, 2]
     chord = (np.array(end.position) - np.array(start.position)) / rod.length
@@ -92,22 +106,22 @@ def beyond(problem: Equilibrium, method: str) -> str | None:
 def too_many_turns(problem: Equilibrium, method: str, most: float) -> str | None:
     """Return the sentence for moments that would turn the rod by more than ``most`` rad, or None."""
     L = problem.rod.length
-    s = np.linspace(0.0, L, 33)
+    s, weights = _along(problem)
     loads, stiffness = problem.distributed(s), problem.rod.stiffness(s)
-    softest = float(min(np.min(stiffness.EI1), np.min(stiffness.EI2), np.min(stiffness.GJ)))
+    softest = L / float(weights @ (1.0 / np.min([stiffness.EI1, stiffness.EI2, stiffness.GJ], axis=0)))
     at_points = [problem.end_load("start"), problem.end_load("end"), *problem.points.values()]
     moments = [
         float(sum(np.linalg.norm(part) for part in (load.moment, load.section_moment, load.eccentric)))
         for load in at_points
     ]
-    moments += [L * float(np.max(np.linalg.norm(couple, axis=1))) for couple in (loads.la, loads.lb)]
+    moments += [float(weights @ np.linalg.norm(couple, axis=1)) for couple in (loads.la, loads.lb)]
     turned = max(moments) * L / softest
     if turned <= most:
         return None
     return (
-        f"a moment of {max(moments):.3g} N m would turn the rod, {L:g} m long with a stiffness of {softest:.3g} N m^2, by about "
-        f"{turned / frames.turn:.2g} turns; {method} follows it up to {most / frames.turn:.2g}. Check the units of the length, "
-        "the section and the moment."
+        f"a moment of {max(moments):.3g} N m would turn the rod, {L:g} m long with a mean stiffness of {softest:.3g} N m^2, by "
+        f"about {turned / frames.turn:.2g} turns; {method} follows it up to {most / frames.turn:.2g}. Check the units of the "
+        "length, the section and the moment."
     )
 
 
@@ -126,13 +140,16 @@ def beyond_nodes(problem: Equilibrium, method: str) -> str | None:
 def too_large(problem: Equilibrium, method: str, limit: float) -> str | None:
     """Return the sentence for loads larger than ``limit`` times EI / L^2 (a moment: EI / L), or None."""
     L = problem.rod.length
-    s = np.linspace(0.0, L, 33)
+    s, weights = _along(problem)
     loads, stiffness = problem.distributed(s), problem.rod.stiffness(s)
-    EI = float(np.exp(np.mean(np.log(stiffness.EI1) + np.log(stiffness.EI2)) / 2.0))
+    EI = float(np.exp(weights @ (np.log(stiffness.EI1) + np.log(stiffness.EI2)) / (2.0 * L)))
     ends = [problem.end_load(at) for at in ("start", "end")]
-    per_length = [(loads.a, L**3), (loads.b, L**3), (loads.la, L**2), (loads.lb, L**2)]
-    at_ends = [(end.force, L**2) for end in ends] + [(part, L) for end in ends for part in (end.moment, end.eccentric)]
-    largest = max(float(np.max(np.abs(part))) * unit for part, unit in (*per_length, *at_ends)) / EI
+    per_length = [(loads.a, L**2), (loads.b, L**2), (loads.la, L), (loads.lb, L)]
+    sums = [(weights @ np.abs(part), unit) for part, unit in per_length]
+    at_ends = [(np.abs(end.force), L**2) for end in ends] + [
+        (np.abs(part), L) for end in ends for part in (end.moment, end.eccentric)
+    ]
+    largest = max(float(np.max(part)) * unit for part, unit in (*sums, *at_ends)) / EI
     if largest <= limit:
         return None
     return (

@@ -96,7 +96,8 @@ class Shooting:
                 fine = None if coarse is None else pieces.polish(coarse, self.rtol / FINER)
                 converged = fine is not None
                 if coarse is not None and fine is not None:
-                    error = float(np.max(np.linalg.norm(fine.y[:, :3] - coarse.y[:, :3], axis=1))) * problem.rod.length
+                    error = float(np.max(np.linalg.norm(fine.y[:, :3] - coarse.y[:, :3], axis=1))) + pieces.table.error
+                    error *= problem.rod.length
                     nodes = fine
         code, message = load_path.ending(path, "Shooting")
         if path.load_factor < 1.0 and pieces.flattest(nodes) < FLATTEST:
@@ -127,15 +128,17 @@ class Shooting:
                     "Ask for a larger rtol."
                 ),
             )
+        curve = pieces.curve(nodes, path.load_factor, self.rtol / FINER)
         return EquilibriumSolution(
             problem,
             self,
             problem.rod.model,
             Status(code, message),
-            pieces.curve(nodes, path.load_factor, self.rtol / FINER),
+            curve,
             load_factor=path.load_factor,
             index=path.index,
             error=ErrorEstimate(error),
+            elastic_parts=coefficients.elastic_parts(problem, pieces.table, curve, pieces.scale),
             statistics={
                 "seconds": time.perf_counter() - began,
                 "pieces": len(nodes.x) - 1,
@@ -401,7 +404,7 @@ class _Pieces:
             accepted_steps(nodes.y[i], nodes.x[i], nodes.x[i + 1], data, rtol)[:3] for i in range(len(nodes.x) - 1)
         ]
         x, y, dy = (np.concatenate(part) for part in zip(*parts, strict=True))
-        knots = np.array(self.problem.breaks) / self.scale.length
+        knots = self.table.breaks if self.problem.dense else np.array(self.problem.breaks) / self.scale.length
         return self.scale.curve(*joined(x, y, dy, knots))
 
 

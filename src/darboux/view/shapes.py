@@ -34,8 +34,13 @@ LINES: Any = (
 )
 
 
-def shape(solution: EquilibriumSolution, ax: Any = None, new: style.NewFigure = style.new_figure) -> Axes:
-    """Draw the centreline with its supports; in space also d1 and d2 in some places. Returns the axes.
+def shape(
+    solution: EquilibriumSolution,
+    ax: Any = None,
+    new: style.NewFigure = style.new_figure,
+    points: Array | None = None,
+) -> Axes:
+    """Draw the centreline with its supports and ``points`` (n, 3) in m; in space also d1 and d2 in some places. Returns the axes.
 
     A rod that lies in a plane, its section not turning about the tangent, is drawn in that plane.
     """
@@ -43,14 +48,17 @@ def shape(solution: EquilibriumSolution, ax: Any = None, new: style.NewFigure = 
     r, R = solution.r(s), solution.R(s)
     look = Look.at(r, R)
     directors = None if look.flat else _directors(r, R)
-    if directors is not None:  # the box holds them too
-        look = dataclasses.replace(look, points=np.concatenate([r, directors.reshape(-1, 3)]))
+    others = [part.reshape(-1, 3) for part in (directors, points) if part is not None]
+    if others:  # the box holds them too
+        look = dataclasses.replace(look, points=np.concatenate([r, *others]))
     with style.axes_for(ax, *look.size, new) as made:
         stage = Stage.on(made, look)
         stage.shape(r)
         if directors is not None:
             _draw_directors(stage, directors)
         _supports(stage, solution)
+        if points is not None:
+            stage.line(points, ls="none", marker="x", ms=6.0, mew=1.4, color=palette.VERMILION, zorder=5.0)
         _say_what_failed(made, [solution])
     return made
 

@@ -35,7 +35,10 @@ COLUMNS = (
     *(f"k{i} (1/m)" for i in (1, 2, 3)),
     *(f"n{axis} (N)" for axis in "xyz"),
     *(f"m{axis} (N m)" for axis in "xyz"),
+    "tension (N)",
+    "shear (N)",
 )
+STRESS = "stress (Pa)"  # von Mises', the largest of a section that has a shape
 MOTION_COLUMNS = ("t (s)", "s (m)", "x (m)", "y (m)", "z (m)", "vx (m/s)", "vy (m/s)", "vz (m/s)")
 
 
@@ -169,9 +172,14 @@ def _series(trajectory: Trajectory, file: Path) -> str:
 def _table(solution: EquilibriumSolution, file: Path, samples: int) -> str:
     s = np.linspace(0.0, solution.problem.rod.length, samples)
     directors = solution.R(s).transpose(0, 2, 1).reshape(samples, 9)
-    data = np.column_stack([s, solution.r(s), directors, solution.k(s), solution.n(s), solution.m(s)])
-    _write_table(file, data, COLUMNS)
-    return f"{samples} places, {len(COLUMNS)} columns"
+    n, d3 = solution.n(s), solution.R(s)[:, :, 2]
+    tension = np.einsum("ni,ni->n", n, d3)
+    shear = np.linalg.norm(n - tension[:, None] * d3, axis=1)
+    columns, parts = COLUMNS, [s, solution.r(s), directors, solution.k(s), n, solution.m(s), tension, shear]
+    if solution.problem.rod.section.has_shape:
+        columns, parts = (*columns, STRESS), [*parts, solution.stress(s).von_mises]
+    _write_table(file, np.column_stack(parts), columns)
+    return f"{samples} places, {len(columns)} columns"
 
 
 def _motion_table(trajectory: Trajectory, file: Path) -> str:
