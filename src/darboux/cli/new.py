@@ -28,7 +28,7 @@ def new(
         typer.Argument(metavar="[" + "|".join(TEMPLATES) + "]", help="What to begin with; without it, what there is."),
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Where to; else NAME.toml.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Write a scenario with comments, to change and to solve."""
@@ -45,7 +45,7 @@ def new(
     if path.exists() and not force:
         raise InvalidInput(f"{path} is there already; choose another name by --out, or write over it by --force.")
     text = (resources("darboux.cli") / "templates" / f"{template}.toml").read_text(encoding="utf-8")
-    with files.replacing(path) as temporary:
+    with files.replacing(path, text=True) as temporary:
         temporary.write_text(text, encoding="utf-8")
     if not quiet:
         verb = "simulate" if "\n[motion]" in text else "solve"

@@ -6,6 +6,7 @@ import dataclasses
 import sys
 import time
 from contextlib import nullcontext
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -113,7 +114,8 @@ def simulate(
                 f"{out} can't be written ({files.reason(error)}); what was recorded before t = {run.t:.6g} s is kept. Make "
                 "room, and go on with start_from.",
             )
-    trajectory = recorder.trajectory(status, drift, time.perf_counter() - began)
+    with files.patient():  # a second Ctrl-C waits until the file has its name
+        trajectory = recorder.trajectory(status, drift, time.perf_counter() - began)
     return trajectory.check() if throw else trajectory
 
 
@@ -169,10 +171,19 @@ class _Recorder:
             from darboux.stream import Stream
 
             s, size = self.system.nodes * self.system.units.length, run.checkpoint().size
-            self.stream = Stream(out, self.system.motion, method, s, total, size, self._statistics(0.0))
-        if before is not None:
-            for i in range(0, len(before.times), BLOCK):
-                self._keep({name: part[i : i + BLOCK] for name, part in kept.items()}, before.checkpoint)
+            self.stream = Stream(out, self.system.motion, method, s, total, size, self._statistics(0.0), before)
+        try:
+            if before is not None:
+                for i in range(0, len(before.times), BLOCK):
+                    self._keep({name: part[i : i + BLOCK] for name, part in kept.items()}, before.checkpoint)
+            if self.stream is not None:
+                self.stream.named()
+        except BaseException as error:
+            if self.stream is not None:
+                self.stream.abandon()
+            if isinstance(error, OSError):
+                raise files.refusal(Path(out), error) from None
+            raise
 
     def _row(self) -> dict[str, Array]:
         """Return the present state as a record, each array with one row."""

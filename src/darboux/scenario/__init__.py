@@ -43,7 +43,7 @@ class Scenario:
             raise InvalidInput(
                 f"{path} would have {len(text) / 1e6:.3g} MB; a scenario has at most {LARGEST / 1e6:g}. Thin out its Tables."
             )
-        with files.replacing(Path(path)) as temporary:
+        with files.replacing(Path(path), text=True) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
 
