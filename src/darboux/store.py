@@ -74,7 +74,7 @@ MOTION_ARRAYS = {
     **{name: (dimensions, unit, words) for name, dimensions, unit, words in RECORDS},
     **{name: (("time",), "J", words) for name, words in ENERGIES.items()},
 }
-DIMENSIONS = {
+DIMENSIONS: dict[str, dict[str, tuple[str, ...]]] = {
     EQUILIBRIUM: {
         "s": ("node",),
         **{form.format(name): ("node", d) for form in ("{}", "d{}_ds") for name, _, d, *_ in STATES},
@@ -210,7 +210,9 @@ def _check_arrays(kind: str, arrays: dict[str, Array]) -> None:
     for name, array in arrays.items():
         expected = tuple(sizes.setdefault(d, n) for d, n in zip(dimensions[name], array.shape, strict=False))
         if array.shape != expected or array.ndim != len(dimensions[name]):
-            raise _Unfit(f"its {name} is {' x '.join(map(str, array.shape)) or 'one number'}, which does not fit the rest")
+            raise _Unfit(
+                f"its {name} is {' x '.join(map(str, array.shape)) or 'one number'}, which does not fit the rest"
+            )
         if not np.all(np.isfinite(array)):
             raise _Unfit(f"its {name} holds what is no finite number")
     s = arrays["s"]
@@ -218,7 +220,9 @@ def _check_arrays(kind: str, arrays: dict[str, Array]) -> None:
         raise _Unfit("its s does not grow from 0 along the rod")
     if kind == EQUILIBRIUM and np.any(np.abs(np.linalg.norm(arrays["q"], axis=1) - 1.0) > 1e-3):
         raise _Unfit("its q are no unit quaternions")
-    if kind == MOTION and (len(arrays["time"]) < 1 or np.any(np.diff(arrays["time"]) <= 0.0) or arrays["time"][0] < 0.0):
+    if kind == MOTION and (
+        len(arrays["time"]) < 1 or np.any(np.diff(arrays["time"]) <= 0.0) or arrays["time"][0] < 0.0
+    ):
         raise _Unfit("its time does not grow from record to record")
 
 
@@ -341,10 +345,10 @@ def _frozen(value: Any) -> Any:
 
 def _status(record: dict[str, Any]) -> Status:
     """Return the status of a record, whose sentence is printed as it stands."""
-    status = Status(**record["status"])
-    if not (isinstance(status.code, str) and isinstance(status.message, str)):
+    code, message = record["status"]["code"], record["status"]["message"]
+    if not (isinstance(code, str) and isinstance(message, str)):
         raise _Unfit("its status is no text")
-    return Status(printable(status.code[:40]), printable(status.message[:2000]))
+    return Status(printable(code[:40]), printable(message[:2000]))
 
 
 def _check_number(record: dict[str, Any], name: str, least: float = -math.inf) -> None:

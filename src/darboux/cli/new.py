@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import Quiet
+from darboux.cli.shell import Quiet, say
 from darboux.errors import InvalidInput
 
 TEMPLATES = {
@@ -38,7 +38,7 @@ def new(
 
     if template is None:
         for name, words in TEMPLATES.items():
-            typer.echo(f"{name:<16} {words}")
+            say(f"{name:<16} {words}")
         return
     checks.choice("template", template, TEMPLATES)
     path = out or Path(f"{template}.toml")
@@ -49,4 +49,4 @@ def new(
         temporary.write_text(text, encoding="utf-8")
     if not quiet:
         verb = "simulate" if "\n[motion]" in text else "solve"
-        typer.echo(f"Written to {path}: {TEMPLATES[template]}. Next: darboux {verb} {path}")
+        say(f"Written to {path}: {TEMPLATES[template]}. Next: darboux {verb} {path}")

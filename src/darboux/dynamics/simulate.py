@@ -25,7 +25,8 @@ from darboux.trajectory import MotionEnergy, Trajectory
 Array = NDArray[np.float64]
 
 SAME = 1e-9  # of the duration: two times are one
-RECORDS = 200
+RECORDS, MOST_RECORDS = 200, 1_000_000
+MOST_IN_MEMORY = 2e9  # bytes of records; a file takes more
 RECORDED = ("positions", "velocities", "directors", "spins", "momentum", "angular_momentum")
 ENERGIES = tuple(field.name for field in dataclasses.fields(MotionEnergy))
 BLOCK = 64  # records that are copied at a time
@@ -75,7 +76,7 @@ def simulate(
         raise InvalidInput(
             f"simulate.method is {checks.shown(method)}; it must be a method of motion, such as ImplicitMidpoint(segments=50)."
         )
-    records = checks.whole("simulate.records", RECORDS if records is None else records, 1)
+    records = checks.whole("simulate.records", RECORDS if records is None else records, 1, MOST_RECORDS)
     drift = checks.positive("simulate.drift", drift)
     refusal = refuses(motion)
     if refusal:
@@ -166,6 +167,12 @@ class _Recorder:
         self.stream: Any = None
         self.arrays: dict[str, Array] = {}
         if out is None:
+            wanted = total * sum(part[0].nbytes for part in first.values())
+            if wanted > MOST_IN_MEMORY:
+                raise InvalidInput(
+                    f"simulate.records is {records}, which take {wanted / 1e9:.3g} GB of memory; take fewer, or keep them "
+                    "in a file as they come (out)."
+                )
             self.arrays = {name: np.zeros((total, *part.shape[1:])) for name, part in first.items()}
         else:
             from darboux.stream import Stream

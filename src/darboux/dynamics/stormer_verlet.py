@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from darboux import checks
-from darboux.checks import assign, description
+from darboux.checks import MOST_SEGMENTS, assign, description
 from darboux.dynamics.modes import largest_frequency
-from darboux.dynamics.run import Run
+from darboux.dynamics.run import Run, check_steps
 from darboux.dynamics.system import System
 from darboux.errors import InvalidInput
 from darboux.kernels import rod_motion
@@ -36,7 +36,7 @@ class StormerVerlet:
     spread = False
 
     def __post_init__(self) -> None:
-        assign(self, segments=checks.whole("stormer_verlet.segments", self.segments, 2))
+        assign(self, segments=checks.whole("stormer_verlet.segments", self.segments, 2, MOST_SEGMENTS))
         if self.step is not None:
             assign(self, step=checks.positive("stormer_verlet.step", self.step, "s"))
 
@@ -65,6 +65,8 @@ class _Explicit(Run):
                 "ImplicitMidpoint(), which is stable for any."
             )
         self.step = step or SAFETY * stable
+        instead = "Take ImplicitMidpoint(), whose steps may be longer."
+        check_steps("stormer_verlet.step", self.step, system.motion.duration, instead)
         self._start()
 
     def _start(self) -> None:

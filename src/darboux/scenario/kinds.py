@@ -35,6 +35,7 @@ Word: Any = Literal
 
 MOST_SAMPLES = 100_000  # of a table
 LARGEST_TABLE = 20_000_000  # bytes of a table's file
+LARGEST_TABLES = 100_000_000  # bytes of all the tables' files of a scenario
 
 
 class Form(BaseModel):
@@ -212,6 +213,12 @@ def read_table(name: str, columns: int, info: ValidationInfo, **given: Any) -> T
             raise ValueError(f"there is no file {path}")
         if path.stat().st_size > LARGEST_TABLE:
             raise ValueError(f"{path} has more than {LARGEST_TABLE // 1_000_000} MB; thin it out")
+        context = info.context or {}
+        context["read"] = context.get("read", 0) + path.stat().st_size
+        if context["read"] > LARGEST_TABLES:
+            raise ValueError(
+                f"the scenario's tables have more than {LARGEST_TABLES // 1_000_000} MB together; thin them out"
+            )
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"{path} can't be read ({error})") from None

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from darboux import checks
-from darboux.checks import assign, description
+from darboux.checks import MOST_SEGMENTS, assign, description
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.modes import Modes
@@ -58,7 +58,7 @@ class DiscreteRod:
             raise InvalidInput(f"discrete_rod.grading is {grading:g}; it must lie between 1 (equal segments) and 1e4.")
         assign(
             self,
-            segments=checks.whole("discrete_rod.segments", self.segments, 2),
+            segments=checks.whole("discrete_rod.segments", self.segments, 2, MOST_SEGMENTS),
             clamp=checks.choice("discrete_rod.clamp", self.clamp, CLAMPS),
             grading=grading,
             extrapolate=checks.flag("discrete_rod.extrapolate", self.extrapolate),

@@ -65,7 +65,7 @@ class Shooting:
         rtol = checks.positive("shooting.rtol", self.rtol)
         if not 1e-12 <= rtol <= 1e-3:
             raise InvalidInput(f"shooting.rtol is {rtol:g}; it must lie between 1e-12 and 1e-3.")
-        assign(self, rtol=rtol, pieces=checks.whole("shooting.pieces", self.pieces, 1))
+        assign(self, rtol=rtol, pieces=checks.whole("shooting.pieces", self.pieces, 1, MOST_PIECES))
 
     def __str__(self) -> str:
         return "Shooting()" if self.rtol == 1e-10 else f"Shooting(rtol={self.rtol:g})"
