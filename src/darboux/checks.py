@@ -59,7 +59,10 @@ def shown(value: object) -> str:
         value = value.item()
     if isinstance(value, np.ndarray):
         value = value.tolist()
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not write whole numbers of thousands of digits
+        return "a number of thousands of digits"
     return text if len(text) <= 80 else text[:77] + "..."
 
 
@@ -114,7 +117,7 @@ def whole(field: str, value: object, least: int, most: int | None = None) -> int
     if value < least:
         raise InvalidInput(f"{field} is {shown(value)}; it must be {least} or more.")
     if most is not None and value > most:
-        raise InvalidInput(f"{field} is {shown(value)}; it must be {most} or less.")
+        raise InvalidInput(f"{field} is {shown(value)}; it must lie between {least} and {most}, for memory and time.")
     return int(value)
 
 

@@ -61,8 +61,12 @@ class Command(TyperGroup):
         words = list(sys.argv[1:] if args is None else args)
         debug, as_json = "--debug" in words, "--json" in words
         words = [word for word in words if word != "--debug"]
-        if hasattr(sys.stdout, "reconfigure"):  # letters that a terminal lacks are escaped, as on standard error
-            sys.stdout.reconfigure(errors="backslashreplace")
+        for name in ("stdout", "stderr"):
+            stream = getattr(sys, name)
+            if stream is None:  # it was closed
+                setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115  # to the end
+            elif hasattr(stream, "reconfigure"):  # letters that a terminal lacks are escaped
+                stream.reconfigure(errors="backslashreplace")
         try:
             status = super().main(words, *rest, **options | {"standalone_mode": False}) or 0
             sys.stdout.flush()
@@ -76,6 +80,13 @@ class Command(TyperGroup):
             say("Interrupted.", err=True)
         _close()
         sys.exit(status)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a verb; where nobody reads on, as behind head, it ends without a word."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            raise typer.Exit(CLOSED) from None
 
 
 def _told(error: Exception, as_json: bool) -> int:
@@ -114,6 +125,13 @@ def _said(error: Exception) -> tuple[str, str, int]:
             "There is not enough memory; close other programs, lift the limit, or ask for fewer segments or records.",
             CIRCUMSTANCE,
         )
+    if isinstance(error, ImportError) or (isinstance(error, OSError) and error.errno is None):
+        return (
+            "fault",
+            f"A library can't be loaded ({str(error)[:200]}): there is too little memory, or the installation is damaged; see "
+            "darboux doctor.",
+            CIRCUMSTANCE,
+        )
     if isinstance(error, OSError):
         what = error.filename or "standard output"
         return (
@@ -140,12 +158,13 @@ def _close() -> None:
 
 def say(text: str, err: bool = False) -> None:
     """Print lines of text; here everything that may come from a file or a name enters the terminal, escaped."""
-    typer.echo("\n".join(map(printable, text.split("\n"))), err=err)
+    lines = "\n".join(map(printable, text.split("\n"))) + "\n"
+    (sys.stderr if err else sys.stdout).write(lines)
 
 
 def print_json(content: Any) -> None:
     """Print one JSON object; what is no number (nan, infinite) is null."""
-    typer.echo(json.dumps(_plain(content), indent=2, allow_nan=False))
+    sys.stdout.write(json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
 
 
 def show(report: str, result: Any, title: str, seconds: float, as_json: bool, quiet: bool, kept: str) -> None:
@@ -223,7 +242,7 @@ def _check_there(file: Path, otherwise: str) -> None:
     if part.is_file():
         raise InvalidInput(f"{file} is no file. {files.unfinished(part)}")
     with contextlib.suppress(OSError):
-        names = [entry.name for entry in file.parent.iterdir() if entry.suffix == file.suffix]
+        names = [entry.name for entry in file.parent.iterdir() if entry.suffix in (SCENARIO, RESULT)]
         if near := checks.did_you_mean(file.name, names):
             raise InvalidInput(f"{file} is no file.{near}")
     raise InvalidInput(f"{file} is no file; {otherwise}.")
@@ -235,7 +254,7 @@ def check_result(out: Path | None, *inputs: Path | None) -> None:
         return
     for file in inputs:
         if file is not None and out.exists() and file.exists() and out.samefile(file):
-            raise InvalidInput(f"--out is {out}, which is the scenario itself; write --out {out.stem}{RESULT}.")
+            raise InvalidInput(f"--out is {out}, which is the scenario itself; write --out {file.stem}-result{RESULT}.")
     if out.suffix.lower() == SCENARIO:
         raise InvalidInput(f"--out is {out}, but a result is no scenario; write --out {out.stem}{RESULT}.")
     from darboux import store

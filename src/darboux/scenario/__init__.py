@@ -94,7 +94,7 @@ def parse(text: str, *, folder: Path | None = None, anywhere: bool = False) -> S
     except RecursionError:
         raise InvalidInput("it nests too deep; a scenario has tables in tables, and no more.") from None
     except ValueError as error:
-        raise InvalidInput(f"it is not TOML: {error}.") from None
+        raise InvalidInput(sentences.of_toml(error, text)) from None
     try:
         given = forms.scenario().model_validate(data, context={"folder": folder, "anywhere": anywhere}).given
         problem, motion = forms.problem(given), given["motion"].given if "motion" in given else {}

@@ -46,6 +46,8 @@ class Form(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _known(cls, table: Any) -> Any:
+        if isinstance(table, list):
+            raise ValueError("it must be one table; write its name in single brackets")
         if not isinstance(table, dict):
             raise ValueError(f"it must be a table with {', '.join(cls.model_fields)}")
         for key in table:
@@ -270,6 +272,8 @@ def one_of(kinds: dict[str, Any], key: str, default: str | None = None) -> Any:
     """Return one of several forms, told apart by the word under ``key``."""
 
     def known(value: Any) -> Any:
+        if isinstance(value, list):
+            raise ValueError("it must be one table; write its name in single brackets")
         if not isinstance(value, dict):
             raise ValueError(f"it must be a table, such as {{ {key} = {next(iter(kinds))!r}, ... }}")
         if key not in value and default is None:
