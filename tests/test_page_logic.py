@@ -280,7 +280,7 @@ def test_the_other_theories_agree_or_say_why_not() -> None:
     shooting, elastica, discrete = ring.compare(rest(ring).solution)
     for theory in (shooting, elastica):
         assert theory.shape is None
-        assert "use Collocation()" in theory.words
+        assert "use Collocation" in theory.words
     assert 1e-6 < discrete.distance < 0.01
 
 

@@ -167,7 +167,8 @@ def _bare(word: str) -> str:
 
 def _allowed(one: str, other: str) -> int:
     """Return how many slips may lie between two words: one in three letters."""
-    return min(len(one), len(other), 9) // 3 if max(len(one), len(other)) > 2 else 1
+    shorter = min(len(one), len(other), 9)
+    return max(shorter // 3, int(shorter > 1))
 
 
 def _slips(one: str, other: str) -> int:
@@ -305,9 +306,10 @@ def checked_call(function: Callable[P, T], name: str = "") -> Callable[P, T]:
         except TypeError as error:
             unknown = [key for key in kwargs if key not in names]
             if unknown:
+                found = near(unknown[0], names)
+                hint = f" Did you mean {' or '.join(found)}?" if found else ""
                 raise InvalidInput(
-                    f"{title} has no argument {unknown[0]!r}; it takes {', '.join(names) or 'none'}."
-                    f"{did_you_mean(unknown[0], names)}"
+                    f"{title} has no argument {unknown[0]!r}; it takes {', '.join(names) or 'none'}.{hint}"
                 ) from None
             raise InvalidInput(f"{title}: {error}; it takes {', '.join(names) or 'no arguments'}.") from None
         return function(*args, **kwargs)

@@ -113,7 +113,7 @@ def simulate(
             status = Status(
                 "stopped",
                 f"{out} can't be written ({files.reason(error)}); what was recorded before t = {run.t:.6g} s is kept. Make "
-                "room, and go on with start_from.",
+                "room, and let it go on.",
             )
     with files.patient():  # a second Ctrl-C waits until the file has its name
         trajectory = recorder.trajectory(status, drift, time.perf_counter() - began)

@@ -111,6 +111,7 @@ def method(name: str, stated: Any = None, *, of_motion: bool = False) -> Any:
 
     shapes = forms.MOTION_METHODS if of_motion else forms.METHODS
     names = {word: shape for shape in shapes for word in (shape.name, *shape.also)}
+    name = next((shape.name for shape in shapes if shape.description == name), name)  # as sentences call it
     cls = names[checks.choice("the method", name, names)].cls
     return stated if type(stated) is cls else cls()
 

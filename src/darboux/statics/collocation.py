@@ -181,7 +181,7 @@ class Collocation:
         answer = refined(equations, mesh, self.rtol, self.elements)
         if answer is None:
             message = (
-                f"Newton's method did not settle at rtol = {self.rtol:g}; the answer on the coarse mesh is in .solution. Ask "
+                f"Newton's method did not settle at rtol = {self.rtol:g}, but on the coarse mesh. Ask "
                 "for a larger rtol."
             )
             return _Found(equations, Status("no_convergence", message), mesh, ErrorEstimate(), path)

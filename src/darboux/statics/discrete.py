@@ -88,16 +88,14 @@ class DiscreteRod:
         if isinstance(problem, Ring) and (own := self._refuses_ring(problem)):
             return own
         if problem.rod.shear:
-            return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation(), or set shear=False."
+            return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation, or a rod without rod.shear."
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
     def _refuses_ring(self, problem: Ring) -> str | None:
         """Return why this method can't state a ring, or None: its segments are equal, and one of them is held."""
         if problem.rod.stretch or problem.stations:
             what = "stretches" if problem.rod.stretch else "has a support or a load at a point between its ends"
-            return (
-                f"the ring {what}; DiscreteRod states rings that do not, for it holds one segment; use Collocation()."
-            )
+            return f"the ring {what}; DiscreteRod states rings that do not, for it holds one segment; use Collocation."
         if self.grading != 1.0:
             return "DiscreteRod states a Ring on equal segments; leave out grading."
         return None

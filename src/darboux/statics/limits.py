@@ -65,12 +65,12 @@ def coupled(problem: Equilibrium, method: str, *, bending_with_twist: bool = Fal
         )
     if not mixed:
         return None
-    return f"{method} can't state a section that couples {what}, as this StiffnessMatrix does; use Collocation()."
+    return f"{method} can't state a section that couples {what}, as this StiffnessMatrix does; use Collocation."
 
 
 def beyond(problem: Equilibrium, method: str) -> str | None:
     """Return why a method for clamped and free ends and loads along the rod or on its ends can't state a problem, or None."""
-    use = f"use Collocation(). {method} states clamped and free ends, loads along the rod and dead loads on its ends"
+    use = f"use Collocation. {method} states clamped and free ends, loads along the rod and dead loads on its ends"
     for at in ("start", "end"):
         support, load = getattr(problem, at), problem.end_load(at)
         if not support.plain:
@@ -115,7 +115,7 @@ def beyond_nodes(problem: Equilibrium, method: str) -> str | None:
         if turning or support.sliding == "section":
             return (
                 f"the {type(support).__name__} at s = {s:g} m turns with the section or holds it from turning, but {method} "
-                "holds a vertex there, which has no frame; use Collocation()."
+                "holds a vertex there, which has no frame; use Collocation."
             )
     return None
 
