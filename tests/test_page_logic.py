@@ -94,7 +94,7 @@ def test_what_may_be_typed(text: str, value: float) -> None:
     ("text", "sentence"),
     [
         ("30 kg", "length is '30 kg'; its unit 'kg' is of another kind"),
-        ("long", "length is 'long'; it must be a number in m"),
+        ("long", "length is 'long'; it must be a number in cm"),
         ("", "length is empty; give a number in cm."),
         ("-5", "length is -5 cm; it must be positive."),
         ("0", "length is 0 cm; it must be positive."),
@@ -102,7 +102,7 @@ def test_what_may_be_typed(text: str, value: float) -> None:
         ("inf", "it must be"),
         ("1e300", "on this page it lies between"),
         ("1e-9", "on this page it lies between"),
-        ("__import__('os').system('true')", "it must be a number in m"),
+        ("__import__('os').system('true')", "it must be a number in cm"),
     ],
 )
 def test_what_may_not_be_typed_is_said(text: str, sentence: str) -> None:

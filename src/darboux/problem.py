@@ -89,8 +89,7 @@ class Equilibrium:
     def _check_supports(self) -> None:
         if not self.supports:
             raise InvalidInput(
-                "problem.start and problem.end are both Free(); nothing holds the rod in place. "
-                "Clamp one end."
+                "problem.start and problem.end are both Free(); nothing holds the rod in place. Clamp one end."
             )
         pinned = sorted((s, support.position) for s, support in self.supports if all(support.held_displacement))
         for (a, here), (b, there) in itertools.pairwise(pinned if not self.rod.stretch else []):

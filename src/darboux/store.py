@@ -200,6 +200,8 @@ def _check_parts(data: Any, kind: str, size: int) -> None:
         claimed += part.nbytes
     if claimed > size:
         raise _Unfit("its arrays claim more than it holds")
+    if size - claimed > sum(MOST_TEXT.values()) + ROOM:
+        raise _Unfit(f"it has {(size - claimed) / 1e6:.3g} MB beside its arrays, more than its scenario may have")
 
 
 def _check_arrays(kind: str, arrays: dict[str, Array]) -> None:
@@ -220,10 +222,12 @@ def _check_arrays(kind: str, arrays: dict[str, Array]) -> None:
         raise _Unfit("its s does not grow from 0 along the rod")
     if kind == EQUILIBRIUM and np.any(np.abs(np.linalg.norm(arrays["q"], axis=1) - 1.0) > 1e-3):
         raise _Unfit("its q are no unit quaternions")
-    if kind == MOTION and (
-        len(arrays["time"]) < 1 or np.any(np.diff(arrays["time"]) <= 0.0) or arrays["time"][0] < 0.0
-    ):
-        raise _Unfit("its time does not grow from record to record")
+    if kind == MOTION:
+        time, checkpoint = arrays["time"], arrays["checkpoint"]
+        if len(time) < 1 or np.any(np.diff(time) <= 0.0) or time[0] < 0.0:
+            raise _Unfit("its time does not grow from record to record")
+        if len(checkpoint) < 1 or abs(checkpoint[0] - time[-1]) > SAME * time[-1]:
+            raise _Unfit("it has no checkpoint at its last record")
 
 
 def mapped(path: Path) -> dict[str, Array]:
