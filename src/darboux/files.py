@@ -43,7 +43,7 @@ def target(path: Path, begins: bytes = b"") -> Path:
 
 def part_of(path: Path) -> Path:
     """Return what the result of a motion is called until its run ends."""
-    return path.with_name(path.name + ".part")
+    return path.parent / f"{path.name}.part"
 
 
 def unfinished(part: Path) -> str:

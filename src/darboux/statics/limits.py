@@ -9,11 +9,11 @@ from darboux.problem import Equilibrium, Ring
 
 PUSHED = (
     "the rod is straight, inextensible and held at both ends, and nothing bends it to a side: pushed together it stays straight "
-    "on its branch, which it can't do without stretch. Bend it a little by a small load across, or set stretch=True."
+    "on its branch, which it can't do without stretch. Bend it a little by a small load across, or set rod.stretch."
 )
 TAUT = (
     "the rod is inextensible, and a straight part of it is held at both its ends as far apart as it is long: it is taut, its "
-    "tension is not determined, and grows without bound under a load across. Move the supports closer, or set stretch=True."
+    "tension is not determined, and grows without bound under a load across. Move the supports closer, or set rod.stretch."
 )
 MOST_WOUND = 2e4  # rad
 SAME = 1e-12  # relative: two places or directions are one
