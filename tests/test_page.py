@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -162,13 +162,13 @@ def answer(address: str, path: str = "/", **headers: str) -> tuple[int, dict[str
     """Return status and headers of what the server answers to a request with these headers."""
     import http.client
 
-    connection = http.client.HTTPConnection("127.0.0.1", int(address.rpartition(":")[2]), timeout=60)
-    connection.putrequest("GET", path, skip_host=True)
-    for name, value in ({"Host": address.removeprefix("http://")} | headers).items():
-        connection.putheader(name.replace("_", "-"), value)
-    connection.endheaders()
-    response = connection.getresponse()
-    return response.status, {name.lower(): value for name, value in response.getheaders()}
+    with closing(http.client.HTTPConnection("127.0.0.1", int(address.rpartition(":")[2]), timeout=60)) as connection:
+        connection.putrequest("GET", path, skip_host=True)
+        for name, value in ({"Host": address.removeprefix("http://")} | headers).items():
+            connection.putheader(name.replace("_", "-"), value)
+        connection.endheaders()
+        with connection.getresponse() as response:
+            return response.status, {name.lower(): value for name, value in response.getheaders()}
 
 
 def test_a_foreign_page_gets_no_answer_and_no_socket(address: str) -> None:
