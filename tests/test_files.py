@@ -352,6 +352,10 @@ def test_counts_in_a_file_have_bounds() -> None:
     step = "[motion]\nduration = 1\nrotary_inertia = 0.01\nmethod = {{ name = '{}', segments = 4, step = 1e-15 }}"
     for name in ("implicit_midpoint", "tr_bdf2"):
         assert "1e+15 steps" in said(step.format(name))
+    with pytest.raises(dx.InvalidInput, match=r"link is 1e\+09 turns; at most"):
+        dx.solve(dx.Ring(ROD, link=1e9))
+    with pytest.raises(dx.InvalidInput, match=r"end\.twist is -1e\+09 turns; at most"):
+        dx.solve(dx.Equilibrium(ROD, end=dx.Clamped((0, 0, 0.9), twist=-1e9 * dx.turn)))
     with pytest.raises(dx.InvalidInput, match="between 1 and 1000000"):
         dx.simulate(MOTION, METHOD, records=10**9)
     with pytest.raises(dx.InvalidInput, match=r"GB of memory.*in a file"):

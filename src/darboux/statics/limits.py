@@ -31,6 +31,21 @@ def wound(problem: Equilibrium) -> str | None:
     )
 
 
+def twisted(problem: Equilibrium) -> str | None:
+    """Return the sentence for ends that are turned against each other more often than any method follows, or None."""
+    name, angle = "link", getattr(problem, "link", 0.0) * frames.turn
+    for at in ("start", "end"):
+        twist = getattr(getattr(problem, at), "twist", 0.0)
+        if abs(twist) > abs(angle):
+            name, angle = f"{at}.twist", twist
+    if abs(angle) <= MOST_WOUND:
+        return None
+    return (
+        f"{name} is {angle / frames.turn:.3g} turns; at most {MOST_WOUND / frames.turn:.2g} can be followed. A link counts turns; "
+        "a twist is in rad, or has its unit."
+    )
+
+
 def straight(problem: Equilibrium) -> str | None:
     """Return why an inextensible, straight rod between two clamps has no solution that could be followed, or None."""
     rod, start, end = problem.rod, problem.start, problem.end
