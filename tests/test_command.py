@@ -10,8 +10,6 @@ import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +18,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import darboux as dx
-from darboux import files, scenario
+from darboux import scenario
 from darboux.cli import EXAMPLES, app
 from darboux.cli.new import TEMPLATES
 from darboux.statics.collocation_equations import Equations
+from darboux.stream import Stream
 from darboux.view import terminal
 
 
@@ -155,6 +154,42 @@ def test_mistakes_are_one_sentence_and_exit_with_two(run: Any) -> None:
         CliRunner().invoke(app, ["solve", "none.toml", "--debug"], catch_exceptions=False)
 
 
+def test_advice_fits_the_command(run: Any) -> None:
+    run("new", "cantilever")
+    run("solve", "cantilever.toml", "--out", "a.nc", "-q")
+    sentence(run("export", "cantilever.toml"), 2, "darboux solve cantilever.toml --out cantilever.nc")
+    sentence(run("simulate", "a.nc"), 2, "a.nc is a result, not a scenario", "darboux plot a.nc")
+    sentence(run("solve", "a.nc"), 2, "a.nc is a result, not a scenario", "darboux info a.nc")
+    sentence(run("solve", "cantilver.toml"), 2, "cantilver.toml is no file. Did you mean 'cantilever.toml'?")
+    sentence(run("info", "."), 2, ". is no file")
+    assert run("solve", "cantilever.toml", "--method", "Elastica", "-q").exit_code == 0  # as sentences call it
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7))
+    pushed = dx.Equilibrium(rod, end=dx.Clamped(position=(0, 0, 0.5)))
+    pushed.to_toml("pushed.toml", dx.Shooting())
+    said = run("solve", "pushed.toml", "--json")
+    sentence(said, 1, "--out keeps what was reached")
+    assert ".solution" not in said.output
+    with pytest.raises(dx.NotConverged, match=r"is in \.solution\.$"):
+        dx.solve(pushed, dx.Shooting())
+
+
+def test_a_folded_path_has_its_next_step_for_each_reader() -> None:
+    from darboux.cli import shell
+    from darboux.solution import ADVICE, Status
+    from darboux.statics.load_path import Path as LoadPath
+    from darboux.statics.load_path import ending
+
+    path: Any = LoadPath(None, 0.5)
+    path.slope = 1e12
+    code, message = ending(path, "Collocation")
+    assert code == "folded"
+    for word in (".solution", "solve_all", "start=", "()"):
+        assert word not in message
+    assert "solve_all(problem)" in Status(code, message).next_in_python
+    assert set(shell.ADVICE) <= set(ADVICE)
+    assert "--out" in shell.ADVICE[code]
+
+
 def test_tables_outside_the_folder_need_leave(run: Any, tmp_path: Path) -> None:
     (tmp_path / "k.csv").write_text("0,0,1,0\n1,0,1,0\n")
     (tmp_path / "inside").mkdir()
@@ -234,20 +269,18 @@ def test_motions_that_end_early_or_can_t_be(run: Any, monkeypatch: pytest.Monkey
             os.kill(os.getpid(), signal.SIGINT)
         return advance(self, t)
 
-    @contextmanager
-    def again(path: Path) -> Iterator[Path]:
-        with replacing(path) as temporary:
-            os.kill(os.getpid(), signal.SIGINT)
-            yield temporary
+    def again(self: Stream, *words: Any) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        return finish(self, *words)
 
-    replacing = files.replacing
+    finish = Stream.finish
     with monkeypatch.context() as patch:
         patch.setattr(_Adaptive, "advance", interrupted)
         result = run("simulate", "falling.toml", "--records", "10", "--out", "b.nc")
         sentence(result, 130, "Interrupted.")
         assert "can be continued" in " ".join(result.stdout.split())
         Path("b.nc").unlink()
-        patch.setattr(files, "replacing", again)  # and once more, while it is saved
+        patch.setattr(Stream, "finish", again)  # and once more, while it is saved
         sentence(run("simulate", "falling.toml", "--records", "10", "--out", "b.nc"), 130, "Interrupted.")
     assert dx.open("b.nc").times[-1] == 0.4
     assert dx.simulate(scenario.read("falling.toml").motion, start_from=dx.open("b.nc")).converged
@@ -370,6 +403,56 @@ def process(*words: str, cwd: Path, **environment: str) -> subprocess.CompletedP
         [sys.executable, "-c", code, *words], cwd=cwd, capture_output=True, text=True, timeout=300, check=False,
         env=os.environ | {"COLUMNS": "80"} | environment,
     )  # fmt: skip
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a disk that is always full")
+def test_what_the_machine_does_not_let_it_do_is_a_sentence(tmp_path: Path) -> None:
+    def ran(words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        main = f"'{sys.executable}' -c 'from darboux.cli import main; main()'"
+        done = subprocess.run(
+            ["bash", "-c", f"set -o pipefail; {main} {words}"],
+            cwd=tmp_path, env=os.environ | environment, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert "Traceback" not in done.stderr
+        assert "fault of darboux" not in done.stderr
+        assert "Exception ignored" not in done.stderr
+        return done
+
+    for words in ("info --json >/dev/full", "info >/dev/full"):
+        done = ran(words)
+        assert (done.returncode, len(done.stderr.splitlines())) == (74, 1)
+        assert "No space left on device" in done.stderr
+    assert ran("info 2>/dev/full").returncode == 0
+    assert ran("info none.toml 2>/dev/full").returncode == 2
+    assert ran("info >&-").returncode == 0
+    assert ran("info | head -c 1").returncode in (0, 141)  # 141 where the reader was quicker
+    shown = ran("info", PYTHONIOENCODING="ascii")
+    assert (shown.returncode, shown.stdout.isascii()) == (0, True)
+    (tmp_path / "a.toml").write_text("[rod]\nlength = " + "9" * 200_000)
+    assert "thousands of digits" in ran("info a.toml").stderr
+    (tmp_path / "a.toml").write_text("[rod]\nlength = 0x" + "f" * 200_000)
+    assert "thousands of digits" in ran("info a.toml").stderr
+
+
+def test_little_memory_is_a_sentence(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    from darboux.scenario import forms
+
+    def failing(error: Exception) -> Any:
+        def fail() -> None:
+            raise error
+
+        return fail
+
+    run("new", "cantilever")
+    for error in (
+        MemoryError(),
+        np.linalg.LinAlgError("x: cannot allocate memory"),
+        RuntimeError("can't start new thread"),
+    ):
+        monkeypatch.setattr(forms, "scenario", failing(error))
+        sentence(run("solve", "cantilever.toml"), 74, "not enough memory")
+    monkeypatch.setattr(forms, "scenario", failing(OSError("Could not find/load shared object file 'x.so'")))
+    sentence(run("solve", "cantilever.toml"), 74, "A library can't be loaded")
 
 
 def test_a_newcomer_s_first_minute(tmp_path: Path) -> None:

@@ -692,7 +692,7 @@ def test_refusals_are_one_sentence_with_the_way_out(words):
     assert sentence is not None
     assert WORDS.get(words, words) in sentence
     assert sentence.startswith("Elastica states ")
-    assert "Use Collocation()" in sentence
+    assert "Use Collocation" in sentence
     assert sentence.count(". ") == 1
     with pytest.raises(InvalidInput) as raised:
         Elastica().solve(REFUSED[words])

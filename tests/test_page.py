@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +73,7 @@ def tab(browser: Any) -> Iterator[Any]:
     tab.asked, tab.faults = [], []
     tab.on("request", lambda request: tab.asked.append(request.url))
     tab.on("pageerror", lambda fault: tab.faults.append(str(fault)))
+    tab.on("console", lambda said: tab.faults.append(said.text) if "Content Security Policy" in said.text else None)
     yield tab
     context.close()
     assert tab.faults == []
@@ -157,6 +158,54 @@ def test_a_slider_moves_the_rod_and_its_numbers_and_a_wrong_value_gets_its_sente
     assert all(url.startswith((home, home.replace("http", "ws"), "data:", "blob:")) for url in tab.asked)
 
 
+def answer(address: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str]]:
+    """Return status and headers of what the server answers to a request with these headers."""
+    import http.client
+
+    with closing(http.client.HTTPConnection("127.0.0.1", int(address.rpartition(":")[2]), timeout=60)) as connection:
+        connection.putrequest("GET", path, skip_host=True)
+        for name, value in ({"Host": address.removeprefix("http://")} | headers).items():
+            connection.putheader(name.replace("_", "-"), value)
+        connection.endheaders()
+        with connection.getresponse() as response:
+            return response.status, {name.lower(): value for name, value in response.getheaders()}
+
+
+def test_a_foreign_page_gets_no_answer_and_no_socket(address: str) -> None:
+    status, headers = answer(address)
+    assert status == 200
+    assert "default-src 'self'" in headers["content-security-policy"]
+    assert "frame-ancestors 'none'" in headers["content-security-policy"]
+    assert headers["x-content-type-options"] == "nosniff"
+    port = address.rpartition(":")[2]
+    socket = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+    upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec_WebSocket_Version": "13"}
+    upgrade |= {"Sec_WebSocket_Key": "MDEyMzQ1Njc4OTAxMjM0NQ=="}
+    assert answer(address, socket, **upgrade, Origin=address)[0] == 101
+    for headers in (
+        {"Origin": "http://elsewhere.example"},
+        {"Origin": "null"},
+        {"Origin": "http://localhost:1"},
+        {"Host": "elsewhere.example"},
+        {"Host": f"elsewhere.example:{port}", "Origin": f"http://elsewhere.example:{port}"},  # DNS rebinding
+    ):
+        for path, more in (("/", {}), (socket, upgrade), (socket.replace("websocket", "polling"), {})):
+            assert answer(address, path, **more, **headers)[0] == 403
+
+
+def test_the_slider_with_the_focus_is_seen_and_the_keyboard_moves_it(tab: Any, address: str) -> None:
+    open_rod(tab, address)
+    for _ in range(40):
+        tab.keyboard.press("Tab")
+        if "q-slider" in str(tab.evaluate("document.activeElement.className")):
+            break
+    outline = "getComputedStyle(document.activeElement.closest('.q-slider').querySelector('.q-slider__thumb')).outline"
+    assert "solid 2px" in tab.evaluate(outline)
+    before = field(tab, "length").input_value()
+    tab.keyboard.press("ArrowRight")
+    tab.wait_for_function("text => document.querySelector('[data-key=length] input').value !== text", arg=before)
+
+
 def test_two_tabs_a_reload_and_a_link(tab: Any, browser: Any, address: str) -> None:
     context = browser.new_context()
     other = context.new_page()
@@ -185,7 +234,7 @@ def test_a_link_that_is_none_shows_the_first_rod_and_says_so(tab: Any, address: 
 
 def test_another_scenario_the_theories_and_the_files(tab: Any, address: str, tmp_path: Path) -> None:
     open_rod(tab, f"{address}/?scenario=spinning&theories=1")
-    playwright.expect(tab.locator(".dx-theory")).to_have_count(3)
+    playwright.expect(tab.locator(".dx-theory")).to_have_count(3, timeout=PATIENCE)
     said = tab.inner_text(".dx-theories")
     assert re.search(r"Shooting\(\)\s+\d\.\de-\d\d", said)
     assert "Elastica states planar, inextensible rods" in said

@@ -323,6 +323,10 @@ MISTAKES = {
     "kind in capitals": ('"gravity"', '"Gravity"', ["line 16", "loads[0].type", "Did you mean 'gravity'?"]),
     "wrong unit": ('"25 cm"', '"25 kg"', ["line 3", "rod.length", "'25 kg'", "number in m", "'25 cm'"]),
     "unknown unit": ('"25 cm"', '"25 cmm"', ["line 3", "rod.length", "'cmm' is not known", "Did you mean '"]),
+    "a unit all but right": ('"25 cm"', '"25 mn"', ["rod.length", "'mn' is not known", "Did you mean 'mm' or 'nm'?"]),
+    "capitals of a unit": ("1 MPa", "1 mpa", ["'mpa' is not known", "Did you mean 'MPa'?"]),
+    "decimal comma": ('"25 cm"', '"30,5 cm"', ["rod.length is '30,5 cm'", "decimal point", "'30.5 cm'"]),
+    "a comma between thousands": ('"25 cm"', '"1,000 mm"', ["'1.000 mm', or '1000 mm'"]),
     "no unit": ('"25 cm"', '"25"', ["line 3", "rod.length", "'25 m'"]),
     "unit of a plain number": ("nu = 0.5", 'nu = "0.5 m"', ["line 5", "rod.material.nu", "plain number"]),
     "arithmetic": ('"25 cm"', '"9**9**9 m"', ["line 3", "rod.length"]),
@@ -362,6 +366,50 @@ def test_a_mistake_is_a_sentence_with_file_line_and_field(old, new, words, tmp_p
     assert "\n" not in text
     assert len(text) < 600 + len(str(file))
     assert text.rstrip()[-1] in ".?"
+
+
+NEWCOMER = '[rod]\nlength = "1 m"\nsection = { shape = "circle", radius = "1 mm" }\nmaterial = "steel"\n'
+# What a newcomer writes, by what it replaces (at the end where that is empty), and what is said.
+WRITTEN = {
+    "one load in single brackets": (
+        "",
+        '[loads]\ntype = "gravity"\n',
+        "loads is one table; write [[loads]] in double brackets",
+    ),
+    "one rod in double brackets": ("[rod]", "[[rod]]", "write its name in single brackets"),
+    "a support in double brackets": ("", '[[supports.start]]\ntype = "free"\n', "write its name in single brackets"),
+    "no quotes": ('"1 m"', "1 m", 'stands in quotes: length = "1 m"'),
+    "no quotes about a word": ('"steel"', "steel", 'stands in quotes: material = "steel"'),
+    "one quote": ('"1 m"', '"1 m', "line 2: 'length = \"1 m' is not TOML (a quote is missing)"),
+    "one quote in braces": ('"1 mm"', '"1 mm', "a quote is missing"),
+    "a plain decimal comma": ('"1 m"', "1,5", "write a decimal point: length = 1.5"),
+    "a colon": ("length =", "length:", "write: name = value"),
+    "True": ("", "stretch = True\n", "write: stretch = true"),
+    "twice": ("", "[rod]\n", "state each table and each key once"),
+    "diameter": ("radius", "diameter", "Write radius, which is half of it"),
+    "material at the top": ("", "[material]\nE = 1\n", "It belongs into the table [rod]"),
+    "E in the rod": ('material = "steel"', "E = 1", "It belongs into the table [rod.material]"),
+    "pin": ("", '[supports.end]\ntype = "pin"\n', "Did you mean 'pinned'?"),
+    "fixed": ("", '[supports.end]\ntype = "fixed"\n', "Did you mean 'clamped'?"),
+    "force": ("", '[[loads]]\ntype = "force"\n', "Did you mean 'end_force' or 'point_force' or 'line_force'?"),
+    "weight": ("", '[[loads]]\ntype = "weight"\n', "Did you mean 'gravity'?"),
+    "round": ("circle", "round", "Did you mean 'circle'?"),
+    "degrees": ("", '[supports.end]\ntype = "clamped"\ntwist = "90 degre"\n', "Did you mean 'deg'?"),
+    "per cent of an angle": ("", '[supports.end]\ntype = "clamped"\ntwist = "50 %"\n', "of another kind"),
+    "newton": ("", '[[loads]]\ntype = "end_force"\nforce = [0, 0, "6 mn"]\n', "Did you mean 'mN'?"),
+    "method by its class": ("", '[method]\nname = "Collocation"\n', "Did you mean 'collocation'?"),
+    "time": ("", '[motion]\ntime = "3 s"\n', "Did you mean 'duration'?"),
+    "nothing near": ("", '[supports.end]\ntype = "xyz"\n', "'free'."),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "words"), WRITTEN.values(), ids=WRITTEN.keys())
+def test_what_a_newcomer_writes_is_mended_in_words(old: str, new: str, words: str) -> None:
+    assert old in NEWCOMER
+    text = NEWCOMER.replace(old, new, 1) if old else NEWCOMER + new
+    with pytest.raises(dx.InvalidInput, match=re.escape(words)) as caught:
+        scenario.parse(text)
+    assert ("Did you mean" in words) == ("Did you mean" in str(caught.value))
 
 
 HEAD = "[rod]\nlength = 1\nsection = { EI1 = 1.0, GJ = 1.0 }\n"

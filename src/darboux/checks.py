@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import functools
 import inspect
 import math
@@ -22,6 +21,36 @@ SHORTEST, LONGEST = 1e-15, 1e9  # m: what a length may be
 P = ParamSpec("P")
 T = TypeVar("T")
 
+FEWEST_LETTERS, MOST_NEAR = 2, 3  # of a word that is taken for the beginning of another; suggestions at a time
+# What else people call the words of files, bare of capitals and signs.
+SYNONYMS = {
+    **dict.fromkeys(("fixed", "fix", "builtin", "encastre", "cantilever", "welded", "rigid"), ("clamped",)),
+    **dict.fromkeys(("ball", "balljoint", "simple", "simplysupported"), ("pinned",)),
+    **dict.fromkeys(("hinged", "joint"), ("hinge", "pinned")),
+    **dict.fromkeys(("weight", "selfweight", "ownweight"), ("gravity",)),
+    **dict.fromkeys(("tipforce", "endload", "tipload"), ("end_force",)),
+    **dict.fromkeys(("pointload", "concentratedforce"), ("point_force", "end_force")),
+    **dict.fromkeys(("lineload", "distributedload", "distributedforce", "uniformload"), ("line_force",)),
+    **dict.fromkeys(("torque", "tiptorque", "tipmoment"), ("end_moment",)),
+    **dict.fromkeys(("circular", "round", "rod", "wire"), ("circle",)),
+    **dict.fromkeys(("pipe", "hollow", "ring", "annulus"), ("tube",)),
+    **dict.fromkeys(("square", "strip", "rectangular", "box"), ("rectangle",)),
+    **dict.fromkeys(("youngsmodulus", "youngmodulus", "young", "modulus", "elasticmodulus"), ("E",)),
+    **dict.fromkeys(("poisson", "poissonratio", "poissonsratio"), ("nu",)),
+    **dict.fromkeys(("shearmodulus",), ("G",)),
+    **dict.fromkeys(("rho", "massdensity"), ("density",)),
+    **dict.fromkeys(("thickness", "depth"), ("height", "radius")),
+    **dict.fromkeys(("position", "location", "s", "place"), ("at",)),
+    **dict.fromkeys(("timestep", "dt"), ("step",)),
+    **dict.fromkeys(("time", "tend", "t"), ("duration",)),
+    **dict.fromkeys(("solver",), ("method",)),
+    **dict.fromkeys(("der", "discreterods"), ("discrete_rod",)),
+    **dict.fromkeys(("bvp",), ("collocation",)),
+    **dict.fromkeys(("iron",), ("steel",)),
+    **dict.fromkeys(("aluminum",), ("aluminium",)),
+}
+
+MOST_SEGMENTS = 100_000  # of a discrete rod
 ASYMMETRY, SINGULAR = 1e-9, 1e-12  # of a stiffness matrix, its diagonal scaled to one: rounding of what was typed
 
 
@@ -31,7 +60,10 @@ def shown(value: object) -> str:
         value = value.item()
     if isinstance(value, np.ndarray):
         value = value.tolist()
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not write whole numbers of thousands of digits
+        return "a number of thousands of digits"
     return text if len(text) <= 80 else text[:77] + "..."
 
 
@@ -79,12 +111,14 @@ def not_negative(field: str, value: object, unit: str = "") -> float:
     return result
 
 
-def whole(field: str, value: object, least: int) -> int:
-    """Return an int of at least ``least``."""
+def whole(field: str, value: object, least: int, most: int | None = None) -> int:
+    """Return an int of at least ``least`` and at most ``most``, beyond which memory or time would not do."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise InvalidInput(f"{field} is {shown(value)}; it must be a whole number, {least} or more.")
     if value < least:
         raise InvalidInput(f"{field} is {shown(value)}; it must be {least} or more.")
+    if most is not None and value > most:
+        raise InvalidInput(f"{field} is {shown(value)}; it must lie between {least} and {most}, for memory and time.")
     return int(value)
 
 
@@ -93,9 +127,63 @@ def choice(field: str, value: object, allowed: Iterable[str]) -> str:
     words = list(allowed)
     if isinstance(value, str) and value in words:
         return value
-    near = difflib.get_close_matches(str(value), words, n=1)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
-    raise InvalidInput(f"{field} is {shown(value)}; allowed are {', '.join(map(repr, words))}.{hint}")
+    raise InvalidInput(
+        f"{field} is {shown(value)}; allowed are {', '.join(map(repr, words))}.{did_you_mean(value, words)}"
+    )
+
+
+def did_you_mean(came: object, allowed: Iterable[str]) -> str:
+    """Return " Did you mean 'radius'?" with the allowed words nearest to what came; nothing where none is near."""
+    words = near(came, allowed)
+    return f" Did you mean {' or '.join(map(repr, words))}?" if words else ""
+
+
+def near(came: object, allowed: Iterable[str]) -> list[str]:
+    """Return the allowed words that were most likely meant, few or none.
+
+    First those that differ in capitals, signs and spaces only; then what a mechanician may call them; then those that
+    begin or end with what came, or with which it begins; then those that are a slip or two of the keyboard away.
+    """
+    words, key = list(allowed), _bare(str(came)[:100])
+    bare = {word: _bare(word) for word in words}
+    if not key:
+        return []
+    found = [word for word in words if bare[word] == key]
+    found = found or [word for word in words if word in SYNONYMS.get(key, ())]
+    if not found and len(key) >= FEWEST_LETTERS:
+        found = [word for word in words if bare[word].startswith(key)]
+        found = found or [word for word in words if bare[word].endswith(key)]
+        found = found or [word for word in words if len(bare[word]) > FEWEST_LETTERS and key.startswith(bare[word])]
+    if not found:
+        slips = {word: _slips(key, bare[word]) for word in words}
+        least = min(slips.values(), default=0)
+        found = [word for word in words if slips[word] == least and least <= _allowed(key, bare[word])]
+        found = [word for word in found if len(bare[word]) == len(key)] or found
+    return found if len(found) <= MOST_NEAR else []
+
+
+def _bare(word: str) -> str:
+    return "".join(c for c in word.casefold() if c.isalnum() or c in "%/^*")
+
+
+def _allowed(one: str, other: str) -> int:
+    """Return how many slips may lie between two words: one in three letters."""
+    shorter = min(len(one), len(other), 9)
+    return max(shorter // 3, int(shorter > 1))
+
+
+def _slips(one: str, other: str) -> int:
+    """Return how many letters are to be put in, left out, changed or swapped with their neighbours."""
+    rows = [list(range(len(other) + 1))]
+    for i, a in enumerate(one, 1):
+        row = [i]
+        for j, b in enumerate(other, 1):
+            slips = min(rows[-1][j] + 1, row[-1] + 1, rows[-1][j - 1] + (a != b))
+            if i > 1 and j > 1 and (a, b) == (other[j - 2], one[i - 2]):
+                slips = min(slips, rows[-2][j - 2] + 1)
+            row.append(slips)
+        rows.append(row)
+    return rows[-1][-1]
 
 
 def array(field: str, value: object, shape: tuple[int, ...], unit: str = "") -> NDArray[np.float64]:
@@ -219,8 +307,8 @@ def checked_call(function: Callable[P, T], name: str = "") -> Callable[P, T]:
         except TypeError as error:
             unknown = [key for key in kwargs if key not in names]
             if unknown:
-                near = difflib.get_close_matches(unknown[0], names, n=1)
-                hint = f" Did you mean {near[0]}?" if near else ""
+                found = near(unknown[0], names)
+                hint = f" Did you mean {' or '.join(found)}?" if found else ""
                 raise InvalidInput(
                     f"{title} has no argument {unknown[0]!r}; it takes {', '.join(names) or 'none'}.{hint}"
                 ) from None

@@ -91,13 +91,16 @@ class Comparison:
         """Return the table as a rich renderable, with the verdict below it; it fits a screen of 80 columns."""
         from rich import box
         from rich.table import Table
+        from rich.text import Text
 
         reference = self.entries[self.reference].name
         table = Table(
-            title=f"{title or 'Agreement of the methods'}\nDistance from {reference}: the centreline's largest and the tip's, "
-            "over L; end moments and elastic energy, relative.",
+            title=Text(
+                f"{title or 'Agreement of the methods'}\nDistance from {reference}: the centreline's largest and the tip's, "
+                "over L; end moments and elastic energy, relative."
+            ),
             title_justify="left",
-            caption=self.verdict,
+            caption=Text(self.verdict),
             caption_justify="left",
             box=box.SIMPLE_HEAD,
             padding=(0, 1, 0, 0),
@@ -258,7 +261,10 @@ def _order(
     """
     if not hasattr(method, "refined") or solution.model != reference.model or not solution.converged:
         return None
-    finer = method.refined(2).solve(problem)
+    try:
+        finer = method.refined(2).solve(problem)
+    except InvalidInput:  # it is as fine as may be
+        return None
     coarse, fine = (distance(answer, reference).centreline for answer in (solution, finer))
     if not finer.converged or fine <= ROUNDING or not same_branch(solution, finer):  # nothing that could close in
         return None

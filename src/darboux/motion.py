@@ -311,7 +311,7 @@ class Motion:
             if distance > problem.rod.length * (1.0 + 1e-9):
                 raise InvalidInput(
                     f"motion: at t = {t:g} s the ends are {distance:g} m apart, but the rod is {problem.rod.length:g} m long and "
-                    "does not stretch. Move them less or set stretch=True."
+                    "does not stretch. Move them less or set rod.stretch."
                 )
 
     def _repr_html_(self) -> str:

@@ -103,8 +103,7 @@ class Equilibrium:
     def _check_supports(self) -> None:
         if not self.supports:
             raise InvalidInput(
-                "problem.start and problem.end are both Free(); nothing holds the rod in place. "
-                "Clamp one end, as in start=Clamped()."
+                "problem.start and problem.end are both Free(); nothing holds the rod in place. Clamp one end."
             )
         pinned = sorted((s, support.position) for s, support in self.supports if all(support.held_displacement))
         for (a, here), (b, there) in itertools.pairwise(pinned if not self.rod.stretch else []):
@@ -137,7 +136,7 @@ class Equilibrium:
             free = free * np.sign(free[np.argmax(np.abs(free))])
             raise InvalidInput(
                 f"problem.start={_named(self.start)}, problem.end={_named(self.end)}: nothing stops the rod from moving along "
-                f"({', '.join(f'{x + 0.0:.3g}' for x in free)}). Hold it there, as by a Clamped() or Pinned() end, a Spring or a "
+                f"({', '.join(f'{x + 0.0:.3g}' for x in free)}). Hold it there, as by a Clamped or Pinned end, a Spring or a "
                 "Foundation."
             )
 

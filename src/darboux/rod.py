@@ -50,7 +50,7 @@ class Rod:
         if isinstance(self.material, str):
             assign(self, material=materials.named("rod.material", self.material))
         if self.section.needs_material:
-            checks.instance("rod.material", self.material, Material, "a Material, such as Material(E=1e6, nu=0.5)")
+            checks.instance("rod.material", self.material, Material, "a material by name, or Material(E=1e6, nu=0.5)")
         elif self.material is not None:
             raise InvalidInput(
                 f"rod.material came beside a {type(self.section).__name__} section, which holds the stiffnesses already; leave "

@@ -31,6 +31,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SMALL_STRAIN = 0.05  # beyond it linear elasticity and sections that keep their shape are a rough picture
+# The next step in Python, by how a solve or a run ended; the command and the page have their own.
+ADVICE = {
+    "folded": "The last equilibrium is in .solution; solve_all(problem) looks for those at full load, and solve(problem, "
+    "start=...) takes a shape to set out from.",
+    "no_convergence": "What was reached is in .solution.",
+    "stopped": "What was reached is in .solution.",
+}
 CLOSED = 1e-6  # of the length, or rad: a gap between the ends that is none
 LIKE = 0.5  # of the moments: two meshes' answers that differ by more are no approximations of one equilibrium
 NO_MOMENT = 1e-9  # of EI / L: what rounding leaves of an unbent rod
@@ -47,6 +54,11 @@ class Status:
     def converged(self) -> bool:
         """True where the equilibrium was found."""
         return self.code == "converged"
+
+    @property
+    def next_in_python(self) -> str:
+        """The sentence, and the next step for who reads it in Python."""
+        return f"{self.message} {ADVICE.get(self.code, '')}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -152,7 +164,7 @@ class EquilibriumSolution:
     def check(self) -> EquilibriumSolution:
         """Return the solution, or raise ``NotConverged`` with the status' sentence."""
         if not self.converged:
-            raise NotConverged(self.status.message, self)
+            raise NotConverged(self.status.next_in_python, self)
         return self
 
     @property

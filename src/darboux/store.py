@@ -9,15 +9,16 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import __version__, files, scenario
+from darboux import __version__, checks, files, scenario
 from darboux.curve import Curve
-from darboux.errors import InvalidInput
+from darboux.errors import InvalidInput, printable
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.trajectory import MotionEnergy, Trajectory
 
@@ -62,7 +63,9 @@ ARRAYS = {
     MOTION: ("time", "s", *(name for name, *_ in RECORDS), *ENERGIES),
 }
 BEFORE_SEAL, AFTER_SEAL = b"darboux sha256 ", b" end of file\n"
+SIGNATURE = b"\x89HDF"  # with which NetCDF files begin
 SEAL = len(BEFORE_SEAL) + 64 + len(AFTER_SEAL)  # bytes
+SAME = 1e-9  # of the length
 BLOCK = 2**20  # bytes that are read at a time
 # Dimensions, unit and what it is, of all arrays of a trajectory's file.
 MOTION_ARRAYS = {
@@ -71,7 +74,15 @@ MOTION_ARRAYS = {
     **{name: (dimensions, unit, words) for name, dimensions, unit, words in RECORDS},
     **{name: (("time",), "J", words) for name, words in ENERGIES.items()},
 }
+DIMENSIONS: dict[str, dict[str, tuple[str, ...]]] = {
+    EQUILIBRIUM: {
+        "s": ("node",),
+        **{form.format(name): ("node", d) for form in ("{}", "d{}_ds") for name, _, d, *_ in STATES},
+    },
+    MOTION: {name: dimensions for name, (dimensions, *_) in MOTION_ARRAYS.items()},
+}
 TEXTS = {"scenario": "the problem and the method, a scenario file", "record": "how the solve ended, as JSON"}
+MOST_TEXT = {"scenario": 20_000_000, "record": 1_000_000}  # characters, which are read in some seconds
 
 
 def save(result: EquilibriumSolution | Trajectory, path: str | Path) -> None:
@@ -122,31 +133,101 @@ def open(path: str | Path) -> Any:  # noqa: A001  # darboux.open
 
     file = Path(path)
     if not file.is_file():
-        raise InvalidInput(f"{file} is no file; a result is written by: darboux solve FILE --out {file.name}.")
-    foreign = f"{file} is damaged, or no result of darboux; solve its scenario again, with --out {file.name}"
+        part = files.part_of(file)
+        more = f" {files.unfinished(part)}" if part.is_file() else ""
+        raise InvalidInput(
+            f"{file} is no file; a result is written by solution.save({file.name!r}), or by the command: darboux solve FILE "
+            f"--out {file.name}.{more}"
+        )
+    foreign = f"{file} is damaged, or no result of darboux; solve its scenario again, and keep the result anew"
     try:
         _check_seal(file, foreign)
         with h5py.File(file, "r") as data:
             kind = data.attrs.get("kind")
             if kind not in ARRAYS:
                 raise InvalidInput(f"{foreign}.")
-            form, version = int(np.ravel(data.attrs["format"])[0]), data.attrs["darboux"]
+            form, version = int(np.ravel(data.attrs["format"])[0]), str(data.attrs["darboux"])[:40]
             if form > FORMAT:
                 raise InvalidInput(
                     f"{file} was written by darboux {version} in form {form}; this is darboux {__version__}, which reads forms "
                     f"up to {FORMAT}. Update darboux."
                 )
+            _check_parts(data, kind, file.stat().st_size)
             streamed = "streamed" in data.attrs
             arrays = _maps(file, data) if streamed else {name: np.asarray(data[name], float) for name in ARRAYS[kind]}
             texts = {name: data[name].asstr()[()] for name in TEXTS}
             unfinished = streamed and not data.attrs["digest"].strip()
             if not unfinished and _digest(kind, arrays, texts) != data.attrs["digest"]:
                 raise InvalidInput(f"{foreign} (its check sum differs).")
+        _check_arrays(kind, arrays)
+        for name, most in MOST_TEXT.items():
+            if len(texts[name]) > most:
+                raise _Unfit(f"its {name} has {len(texts[name]) / 1e6:.3g} MB, and may have {most / 1e6:g}")
         return (_solution if kind == EQUILIBRIUM else _trajectory)(arrays, texts)
+    except _Unfit as error:
+        raise InvalidInput(f"{foreign} ({error}).") from None
     except InvalidInput as error:
-        raise InvalidInput(str(error) if str(file) in str(error) else f"{foreign} ({error})") from None
+        raise InvalidInput(str(error) if printable(str(file)) in str(error) else f"{foreign} ({error})") from None
+    except MemoryError:
+        raise InvalidInput(f"{file} needs more memory than there is to be read.") from None
     except Exception as error:  # noqa: BLE001  # whatever a damaged file makes of the reader
         raise InvalidInput(f"{foreign} ({type(error).__name__}).") from None
+
+
+class _Unfit(Exception):  # noqa: N818  # a finding, not an error
+    """What in a file is not as `save` would write it."""
+
+
+def _check_parts(data: Any, kind: str, size: int) -> None:
+    """Check that all parts lie in the file itself, as plain numbers and texts, and claim no more bytes than it has."""
+    import h5py
+
+    claimed = 0
+    for name in (*ARRAYS[kind], *TEXTS):
+        link = data.get(name, getlink=True)
+        if link is None:
+            raise _Unfit(f"it has no {name}")
+        if not isinstance(link, h5py.HardLink):
+            raise _Unfit(f"its {name} is a link to elsewhere")
+        part = data[name]
+        if not isinstance(part, h5py.Dataset) or part.external or part.is_virtual or part.chunks is not None:
+            raise _Unfit(f"its {name} does not lie in it as one plain array")
+        if name in TEXTS:
+            if part.shape != () or h5py.check_string_dtype(part.dtype) is None:
+                raise _Unfit(f"its {name} is no text")
+        elif part.dtype != np.dtype("<f8") or part.shape is None:
+            raise _Unfit(f"its {name} has no numbers of 64 bits")
+        claimed += part.nbytes
+    if claimed > size:
+        raise _Unfit("its arrays claim more than it holds")
+    if size - claimed > sum(MOST_TEXT.values()) + ROOM:
+        raise _Unfit(f"it has {(size - claimed) / 1e6:.3g} MB beside its arrays, more than its scenario may have")
+
+
+def _check_arrays(kind: str, arrays: dict[str, Array]) -> None:
+    """Check shapes and values: dimensions that agree, numbers that are finite, s and time that grow."""
+    sizes: dict[str, int] = {"axis": 3, "quaternion": 4}
+    if "vertex" in (dimensions := DIMENSIONS[kind])["s"]:
+        sizes["edge"] = arrays["s"].size - 1
+    for name, array in arrays.items():
+        expected = tuple(sizes.setdefault(d, n) for d, n in zip(dimensions[name], array.shape, strict=False))
+        if array.shape != expected or array.ndim != len(dimensions[name]):
+            raise _Unfit(
+                f"its {name} is {' x '.join(map(str, array.shape)) or 'one number'}, which does not fit the rest"
+            )
+        if not np.all(np.isfinite(array)):
+            raise _Unfit(f"its {name} holds what is no finite number")
+    s = arrays["s"]
+    if len(s) < 2 or np.any(np.diff(s) < 0.0) or s[0] < 0.0:
+        raise _Unfit("its s does not grow from 0 along the rod")
+    if kind == EQUILIBRIUM and np.any(np.abs(np.linalg.norm(arrays["q"], axis=1) - 1.0) > 1e-3):
+        raise _Unfit("its q are no unit quaternions")
+    if kind == MOTION:
+        time, checkpoint = arrays["time"], arrays["checkpoint"]
+        if len(time) < 1 or np.any(np.diff(time) <= 0.0) or time[0] < 0.0:
+            raise _Unfit("its time does not grow from record to record")
+        if len(checkpoint) < 1 or abs(checkpoint[0] - time[-1]) > SAME * time[-1]:
+            raise _Unfit("it has no checkpoint at its last record")
 
 
 def mapped(path: Path) -> dict[str, Array]:
@@ -159,6 +240,8 @@ def mapped(path: Path) -> dict[str, Array]:
 
 def _maps(path: Path, data: Any) -> dict[str, Array]:
     """Return the arrays of a streamed file, of the records up to its checkpoint: its first number is the time."""
+    if not len(data["checkpoint"]):
+        raise _Unfit("it has no checkpoint to go on from")
     whole = {
         name: np.asarray(np.memmap(path, "<f8", "r", data[name].id.get_offset(), data[name].shape))
         for name in ARRAYS[MOTION]
@@ -226,6 +309,11 @@ def _whole(
     import xarray
 
     texts = {"scenario": stated.toml, "record": json.dumps(record)}
+    if len(texts["scenario"]) > MOST_TEXT["scenario"]:
+        raise InvalidInput(
+            f"the scenario of this result would have {len(texts['scenario']) / 1e6:.3g} MB, and may have "
+            f"{MOST_TEXT['scenario'] / 1e6:g} in a file; thin out its Tables."
+        )
     variables |= {name: ((), texts[name], {"long_name": words}) for name, words in TEXTS.items()}
     digest = _digest(kind, arrays, texts)
     attributes = {"kind": kind, "format": FORMAT, "darboux": __version__, "digest": digest}
@@ -259,22 +347,52 @@ def _frozen(value: Any) -> Any:
     return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 
+def _status(record: dict[str, Any]) -> Status:
+    """Return the status of a record, whose sentence is printed as it stands."""
+    code, message = record["status"]["code"], record["status"]["message"]
+    if not (isinstance(code, str) and isinstance(message, str)):
+        raise _Unfit("its status is no text")
+    return Status(printable(code[:40]), printable(message[:2000]))
+
+
+def _check_number(record: dict[str, Any], name: str, least: float = -math.inf) -> None:
+    value = record[name]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not least <= value < math.inf:
+        raise _Unfit(f"its {name} is {checks.shown(value)}")
+
+
 def _solution(arrays: dict[str, Array], texts: dict[str, str]) -> EquilibriumSolution:
     stated = scenario.parse(texts["scenario"])
     record = {name: _frozen(value) for name, value in json.loads(texts["record"]).items()}
-    record |= {"status": Status(**record["status"]), "error": ErrorEstimate(**record["error"])}
+    record |= {"status": _status(record), "error": ErrorEstimate(**record["error"])}
+    _check_number(record, "load_factor")
+    checks.instance("model", record["model"], str, "a text")
+    checks.instance("statistics", record["statistics"], dict, "a table")
+    for name, value in vars(record["error"]).items():
+        if value is not None:
+            _check_number({f"error of {name}": value}, f"error of {name}", 0.0)
+    if record["index"] is not None:
+        record["index"] = checks.whole("index", record["index"], 0)
+    if record["elastic_parts"] is not None:
+        checks.array("elastic_parts", record["elastic_parts"], (3,))
+    if abs(arrays["s"][-1] - stated.problem.rod.length) > SAME * stated.problem.rod.length or arrays["s"][0] != 0.0:
+        raise _Unfit("its s does not run from 0 to the rod's length")
     y, dy = (np.concatenate([arrays[form.format(name)] for name, *_ in STATES], axis=1) for form in ("{}", "d{}_ds"))
     return EquilibriumSolution(stated.problem, stated.method, curve=Curve(arrays["s"], y, dy), **record)
 
 
 def _trajectory(arrays: dict[str, Array], texts: dict[str, str]) -> Trajectory:
     stated = scenario.parse(texts["scenario"])
+    if stated.motion is None or stated.motion_method is None:
+        raise _Unfit("its scenario states no motion and its method")
     record = json.loads(texts["record"])
+    for name, least in (("seconds", 0.0), ("records", 1), ("steps", 0), ("newton_iterations", 0), ("halvings", 0)):
+        _check_number(record["statistics"], name, least)
     parts = {name: arrays[name] for name, *_ in RECORDS}
     return Trajectory(
         stated.motion,
         stated.motion_method,
-        Status(**record["status"]),
+        _status(record),
         s=arrays["s"],
         times=arrays["time"],
         energy=MotionEnergy(**{name: arrays[name] for name in ENERGIES}),

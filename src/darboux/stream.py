@@ -1,13 +1,16 @@
 """A trajectory's file while its run goes on: each record goes to the disk at once, so that memory does not grow.
 
 The file has its whole size from the start, and what is written on the way is numbers in their places; whatever ends the
-run, the file can be read, to the last checkpoint. Until the run ends it is called NAME.part.
+run, the file can be read, to the last checkpoint. Until the run ends it is called NAME.part. A NAME.part that is there is
+another run's, which was broken off or still goes on: it is kept, unless this run goes on from it.
 """
 
 from __future__ import annotations
 
 import contextlib
 import math
+import secrets
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import __version__, files, scenario, store
+from darboux.errors import InvalidInput
+from darboux.files import part_of, unfinished
 from darboux.motion import Motion
+from darboux.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -40,19 +46,23 @@ class Stream:
         records: int,
         checkpoint: int,
         statistics: dict[str, Any],
+        before: Trajectory | None = None,
     ) -> None:
         import h5netcdf
         import h5py
 
-        self.path = Path(path)
-        self.part = self.path.with_name(self.path.name + ".part")
+        self.path = files.target(Path(path), store.SIGNATURE)
+        self.part = part_of(self.path)
+        self._spare(before)
+        # By another name until what was recorded before is in it: that may lie in NAME.part.
+        self.new = self.part.with_name(f".darboux-{secrets.token_hex(4)}.part")
         text = scenario.Scenario(motion.problem, None, motion, method).toml
         sizes = {"time": records, "vertex": len(s), "edge": len(s) - 1, "axis": 3, "number": checkpoint}
         arrays = store.MOTION_ARRAYS.values()
         numbers = sum(math.prod(sizes[dimension] for dimension in dimensions) for dimensions, _, _ in arrays)
         try:
-            files.reserve(self.part, 8 * numbers + store.ROOM)  # HDF5 itself does not survive a full disk
-            with h5netcdf.File(self.part, "w") as new:
+            files.reserve(self.new, 8 * numbers + store.ROOM)  # HDF5 itself does not survive a full disk
+            with h5netcdf.File(self.new, "w") as new:
                 new.dimensions = sizes
                 for name, (dimensions, unit, words) in store.MOTION_ARRAYS.items():
                     variable = new.create_variable(name, dimensions, "<f8")
@@ -63,17 +73,38 @@ class Stream:
                 new.attrs.update(
                     kind=store.MOTION, format=store.FORMAT, darboux=__version__, digest=UNFINISHED, streamed=1
                 )
-            self.file = h5py.File(self.part, "r+")
+            self.file = h5py.File(self.new, "r+")
             for name in store.MOTION_ARRAYS:
                 self._fill(self.file[name])
             self.file["s"][:], self.file["scenario"][()] = s, text
             self._state(BROKEN_OFF, statistics)
             self.file.flush()
         except OSError as error:
-            with contextlib.suppress(Exception):
-                self.file.close()
-            self.part.unlink(missing_ok=True)
+            self.abandon()
             raise files.refusal(self.path, error) from None
+
+    def _spare(self, before: Trajectory | None) -> None:
+        """Raise ``InvalidInput`` where NAME.part holds what this run does not go on from."""
+        if not self.part.exists():
+            return
+        with contextlib.suppress(InvalidInput):
+            if before is not None and store.open(self.part) == before:
+                return
+        raise InvalidInput(unfinished(self.part))
+
+    def named(self) -> None:
+        """Call the file NAME.part: from now on it holds all that was recorded before; raises ``OSError``."""
+        import h5py
+
+        self.file.close()
+        self.new.replace(self.part)
+        self.file = h5py.File(self.part, "r+")
+
+    def abandon(self) -> None:
+        """Take away a file that does not have its name yet."""
+        with contextlib.suppress(Exception):
+            self.file.close()
+        self.new.unlink(missing_ok=True)
 
     @staticmethod
     def _fill(data: Any) -> None:
@@ -109,6 +140,8 @@ class Stream:
             self.file.flush()
             self.file.attrs["digest"] = store.digest_of_motion(self.part, self.file)
             self.file.close()
+            if self.path.exists():
+                shutil.copymode(self.path, self.part)
             where = self.part.replace(self.path)
         except OSError:
             with contextlib.suppress(Exception):

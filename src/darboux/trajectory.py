@@ -125,7 +125,7 @@ class Trajectory:
     def check(self) -> Trajectory:
         """Return the trajectory, or raise ``NotConverged`` where it broke off."""
         if self.status.code == "no_convergence":
-            raise NotConverged(self.status.message, self)
+            raise NotConverged(self.status.next_in_python, self)
         return self
 
     def save(self, path: Any) -> None:

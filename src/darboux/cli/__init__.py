@@ -66,7 +66,8 @@ def darboux(
     """Elastic filaments: shapes, forces and stability of thin rods by Kirchhoff's theory.
 
     A rod is a file: write one by darboux new, change it, find its equilibrium by darboux solve, follow its motion by
-    darboux simulate. Exit status: 0 solved, 1 not converged, 2 bad input.
+    darboux simulate. Exit status: 0 solved, 1 not converged, 2 bad input, 74 the disk or the memory
+    did not let it.
     """
 
 

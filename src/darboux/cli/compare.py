@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from darboux.cli.shell import Anywhere, Json, Quiet, ScenarioFile, console, print_json
-from darboux.errors import InvalidInput, NotConverged
+from darboux.cli.shell import Anywhere, Json, Quiet, ScenarioFile, console, print_json, scenario_of
+from darboux.errors import InvalidInput, NotConverged, printable
 
 
 def compare(
@@ -25,15 +25,16 @@ def compare(
     anywhere: Anywhere = False,
 ) -> None:
     """Solve one scenario by several methods and say by how much they agree, with a figure of their curves."""
-    from darboux import scenario
+    from darboux import files, scenario
     from darboux.cli.plot import figure_file, write_figure
     from darboux.cli.solve import waiting
 
-    stated = scenario.read(file, anywhere=anywhere)
+    stated = scenario_of(file, anywhere)
     chosen = [scenario.method(name.strip(), stated.method) for name in methods.split(",")]
     if len(chosen) < 2:
         raise InvalidInput(f"--methods is {methods!r}; it must name two or more, as in --methods collocation,discrete.")
     path = figure_file(out, Path(f"{file.stem}-agreement.png"))
+    files.check(path)
     from darboux.comparison import compare as compared
 
     with waiting(f"solving {file.name} by {len(chosen)} methods", quiet or json):
@@ -47,8 +48,8 @@ def compare(
         )
     elif not quiet:
         screen = console()
-        screen.print(found.table(f"{file.stem}: agreement of the methods"))
-        screen.print(f"Drawn in {path}", markup=False)
+        screen.print(found.table(printable(f"{file.stem}: agreement of the methods")))
+        screen.print(printable(f"Drawn in {path}"), markup=False)
     failed = [entry for entry in found.entries if not entry.solution.converged]
     if failed:
         raise NotConverged(f"{failed[0].name}: {failed[0].solution.status.message}", failed[0].solution)

@@ -9,7 +9,8 @@ from typing import Any
 
 import typer
 
-from darboux.cli.shell import Json, Quiet, console, print_json
+from darboux.cli.shell import Json, Quiet, console, print_json, say
+from darboux.errors import printable
 
 SAME = 1e-7  # over L: two methods that share no code
 THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -34,7 +35,7 @@ def doctor(json: Json = False) -> None:
         if not json:
             mark = "[green]fine[/]" if found[name]["fine"] else "[red]mend[/]"
             screen.print(f"{mark}  {name}: ", end="")
-            screen.print(found[name]["words"], markup=False)
+            screen.print(printable(found[name]["words"]), markup=False)
     if json:
         print_json({"fine": all(part["fine"] for part in found.values()), "checks": found})
     if not all(part["fine"] for part in found.values()):
@@ -47,7 +48,7 @@ def warmup(quiet: Quiet = False) -> None:
 
     jit.announced(_solve_by_all)()
     if not quiet:
-        typer.echo(f"All kernels are compiled; kept in {jit.CACHE or 'memory only'}.")
+        say(f"All kernels are compiled; kept in {jit.CACHE or 'memory only'}.")
 
 
 class _Ill(Exception):  # noqa: N818  # a finding, not an error

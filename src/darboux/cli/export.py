@@ -7,10 +7,8 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import Quiet, ResultFile
+from darboux.cli.shell import Quiet, ResultFile, result_of, say
 from darboux.errors import InvalidInput
-
-MOST_SAMPLES = 1_000_000
 
 
 def export(
@@ -38,14 +36,13 @@ def export(
     quiet: Quiet = False,
 ) -> None:
     """Write a result for other programs, in SI: a table, or the rod's surface with its fields."""
-    from darboux import checks, store
+    from darboux import checks
     from darboux.view.space import export as exports
 
     if to is not None:
         checks.choice("--to", to, exports.ENDINGS)
-    if not 2 <= samples <= MOST_SAMPLES:
-        raise InvalidInput(f"--samples is {samples}; it must lie between 2 and {MOST_SAMPLES}.")
-    content = store.open(result)
+    checks.whole("--samples", samples, 2, exports.MOST_SAMPLES)
+    content = result_of(result)
     path = out or Path(f"{result.stem}{exports.ending(to or 'csv', content)}")
     if to is not None and path.suffix.lower() not in exports.ENDINGS[to]:
         raise InvalidInput(
@@ -53,4 +50,4 @@ def export(
         )
     words = exports.export(content, path, t=time, field=field, samples=samples)
     if not quiet:
-        typer.echo(f"Written to {path}: {words}.")
+        say(f"Written to {path}: {words}.")

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from darboux.cli.shell import Anywhere, Json, print_json
+from darboux.cli.shell import SCENARIO, Anywhere, Json, print_json, result_of, say, scenario_of
 
 
 def info(
@@ -24,9 +24,9 @@ def info(
         return
     for name, words in found.items():
         if isinstance(words, dict):
-            typer.echo("\n".join([f"{name}:", *(f"  {key}: {value}" for key, value in words.items())]))
+            say("\n".join([f"{name}:", *(f"  {key}: {value}" for key, value in words.items())]))
         else:
-            typer.echo(f"{name}: {', '.join(words) if isinstance(words, list) else words}")
+            say(f"{name}: {', '.join(words) if isinstance(words, list) else words}")
 
 
 def _library() -> dict[str, Any]:
@@ -50,18 +50,18 @@ def _library() -> dict[str, Any]:
 
 
 def _of(file: Path, anywhere: bool) -> dict[str, Any]:
-    from darboux import scenario, store
+    from darboux import scenario
     from darboux.trajectory import Trajectory
 
-    if file.suffix.lower() == ".toml":
-        stated = scenario.read(file, anywhere=anywhere)
+    if file.suffix.lower() == SCENARIO:
+        stated = scenario_of(file, anywhere)
         return {
             "kind": "scenario",
             **_problem(stated.problem),
             "method": str(stated.method or "the solver of record"),
             **(_motion(stated.motion, stated.motion_method) if stated.motion else {}),
         }
-    solution = store.open(file)
+    solution = result_of(file)
     if isinstance(solution, Trajectory):
         motion = solution.motion
         return {

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import Quiet
+from darboux.cli.shell import Quiet, say
 from darboux.errors import InvalidInput
 
 TEMPLATES = {
@@ -28,7 +28,7 @@ def new(
         typer.Argument(metavar="[" + "|".join(TEMPLATES) + "]", help="What to begin with; without it, what there is."),
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Where to; else NAME.toml.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Write a scenario with comments, to change and to solve."""
@@ -38,15 +38,15 @@ def new(
 
     if template is None:
         for name, words in TEMPLATES.items():
-            typer.echo(f"{name:<16} {words}")
+            say(f"{name:<16} {words}")
         return
     checks.choice("template", template, TEMPLATES)
     path = out or Path(f"{template}.toml")
     if path.exists() and not force:
         raise InvalidInput(f"{path} is there already; choose another name by --out, or write over it by --force.")
     text = (resources("darboux.cli") / "templates" / f"{template}.toml").read_text(encoding="utf-8")
-    with files.replacing(path) as temporary:
+    with files.replacing(path, text=True) as temporary:
         temporary.write_text(text, encoding="utf-8")
     if not quiet:
         verb = "simulate" if "\n[motion]" in text else "solve"
-        typer.echo(f"Written to {path}: {TEMPLATES[template]}. Next: darboux {verb} {path}")
+        say(f"Written to {path}: {TEMPLATES[template]}. Next: darboux {verb} {path}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from darboux.cli.shell import Anywhere, Quiet, ResultOrScenario
+from darboux.cli.shell import Anywhere, Quiet, ResultOrScenario, say
 from darboux.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -39,9 +39,12 @@ def plot(
     anywhere: Anywhere = False,
 ) -> None:
     """Draw a result, or a scenario's: its shape, or fields along the rod; a motion over time, or as a film."""
+    from darboux import files
     from darboux.cli.result import found, refuse_unconverged
     from darboux.trajectory import Trajectory
 
+    if out is not None:
+        files.check(out)  # before the solve
     result = found(file, anywhere)
     moves = isinstance(result, Trajectory)
     path = figure_file(
@@ -58,7 +61,7 @@ def plot(
 
         write_figure(plots.draw(result, what), path)
     if not quiet:
-        typer.echo(f"Drawn in {path}")
+        say(f"Drawn in {path}")
     refuse_unconverged(file, result)
 
 

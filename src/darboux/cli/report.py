@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from darboux import __version__
+from darboux.errors import printable
 from darboux.solution import EquilibriumSolution, Reaction
 from darboux.view import terminal
 
@@ -112,12 +113,12 @@ def table_of(rows: list[tuple[str, str]], title: str) -> Table:
     from rich.text import Text
 
     result = Table(
-        title=Text(title), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_header=False
+        title=Text(printable(title)), title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_header=False
     )
     result.add_column(no_wrap=True, style="bold")
     result.add_column(overflow="fold")
     for row in rows:
-        result.add_row(*map(Text, row))  # as it stands: brackets are no markup
+        result.add_row(*(Text(printable(part)) for part in row))  # as it stands: brackets are no markup
     return result
 
 

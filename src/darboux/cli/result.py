@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from darboux.cli.shell import SCENARIO, result_of, scenario_of
 from darboux.errors import NotConverged
 
 if TYPE_CHECKING:
@@ -14,13 +15,9 @@ if TYPE_CHECKING:
 
 def found(file: Path, anywhere: bool) -> EquilibriumSolution | Trajectory:
     """Return what a result holds, or the answer to a scenario: its motion where it states one."""
-    if file.suffix.lower() != ".toml":
-        from darboux import store
-
-        return store.open(file)  # type: ignore[no-any-return]
-    from darboux import scenario
-
-    stated = scenario.read(file, anywhere=anywhere)
+    if file.suffix.lower() != SCENARIO:
+        return result_of(file)
+    stated = scenario_of(file, anywhere)
     if stated.motion is not None:
         from darboux.dynamics.simulate import simulate
 
@@ -32,5 +29,5 @@ def found(file: Path, anywhere: bool) -> EquilibriumSolution | Trajectory:
 
 def refuse_unconverged(file: Path, result: EquilibriumSolution | Trajectory) -> None:
     """Raise ``NotConverged`` where a scenario was not solved to its end; a result that was kept has said so before."""
-    if file.suffix.lower() == ".toml" and not result.converged:
+    if file.suffix.lower() == SCENARIO and not result.converged:
         raise NotConverged(result.status.message, result)

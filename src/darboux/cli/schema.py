@@ -15,12 +15,13 @@ def schema(
 ) -> None:
     """Print the JSON schema of scenario files, by which editors complete and check them."""
     import json
+    import sys
 
     from darboux import files, scenario
 
     text = json.dumps(scenario.schema(), indent=2) + "\n"
     if out is None:
-        typer.echo(text, nl=False)
+        sys.stdout.write(text)
     else:
         with files.replacing(out) as temporary:
             temporary.write_text(text, encoding="utf-8")

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from darboux.cli.shell import say, scenario_of
 from darboux.errors import InvalidInput
 
 LOOPBACK = "127.0.0.1"
@@ -38,15 +39,15 @@ def serve(
     shelf = _shelf(file, anywhere)
 
     def ready(address: str) -> None:
-        typer.echo(f"The page is at {address} (Ctrl-C closes it).")
+        say(f"The page is at {address} (Ctrl-C closes it).")
         if host not in server.LOOPBACK:
-            typer.echo("Everybody who reaches this machine over the network can open it; there is no password.")
+            say("Everybody who reaches this machine over the network can open it; there is no password.")
 
     try:
         server.serve(shelf, host, port, ready)
     except KeyboardInterrupt:
         pass
-    typer.echo("The page is closed.")
+    say("The page is closed.")
 
 
 def _shelf(file: Path | None, anywhere: bool) -> dict[str, Any]:
@@ -59,7 +60,7 @@ def _shelf(file: Path | None, anywhere: bool) -> dict[str, Any]:
 
     shelf = {}
     if file is not None:
-        shelf[file.stem] = Entry(file.stem, scenario.read(file, anywhere=anywhere))
+        shelf[file.stem] = Entry(file.stem, scenario_of(file, anywhere))
     for name in TEMPLATES:
         stated = scenario.parse((resources("darboux.cli") / "templates" / f"{name}.toml").read_text(encoding="utf-8"))
         if stated.motion is None and name not in shelf:

@@ -8,7 +8,18 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import INTERRUPTED, Anywhere, Json, KeptIn, Quiet, ScenarioFile, show
+from darboux.cli.shell import (
+    INTERRUPTED,
+    Anywhere,
+    Json,
+    KeptIn,
+    Quiet,
+    ScenarioFile,
+    check_result,
+    result_of,
+    scenario_of,
+    show,
+)
 from darboux.errors import InvalidInput, NotConverged
 
 
@@ -38,34 +49,35 @@ def simulate(
     began = time.perf_counter()
     from darboux import files, scenario
     from darboux.dynamics.simulate import simulate as simulated
+    from darboux.solution import EquilibriumSolution
 
-    stated = scenario.read(file, anywhere=anywhere)
-    for note in stated.notes:
-        typer.echo(f"warning: {note}", err=True)
+    stated = scenario_of(file, anywhere)
     if stated.motion is None:
         raise InvalidInput(
             f'{file} states no motion; add the table [motion] with duration = "1 s", or use darboux solve.'
         )
-    if out is not None:
-        files.check(out)
+    check_result(out, file)
     chosen = scenario.method(method, stated.motion_method, of_motion=True) if method else stated.motion_method
-    reached = None
-    if before is not None:
-        from darboux import store
-
-        reached = store.open(before)
+    reached = None if before is None else result_of(before)
+    if isinstance(reached, EquilibriumSolution):
+        raise InvalidInput(
+            f"--continue is {before}, which holds an equilibrium; a motion goes on from a motion's result."
+        )
     trajectory = simulated(
         stated.motion,
         chosen,
         records=records,
         start_from=reached,
+        out=out,
         throw=False,
         progress=not (quiet or json) and sys.stderr.isatty(),
     )
-    if out is not None:
-        trajectory.save(out)
     seconds = time.perf_counter() - began
+    if out is not None and files.part_of(out).exists():  # there was no room to finish it
+        out = files.part_of(out)
     kept = "" if out is None else f"Kept in {out}: darboux info {out}"
+    if out is not None and trajectory.status.code == "stopped":
+        kept = f"Kept in {out}; go on by: darboux simulate {file} --continue {out} --out {out}"
     show("motion_report", trajectory, file.stem, seconds, json, quiet, kept)
     if trajectory.status.code == "stopped":
         raise typer.Exit(INTERRUPTED)

@@ -7,7 +7,18 @@ from typing import Annotated, Any
 
 import typer
 
-from darboux.cli.shell import INTERRUPTED, Anywhere, Json, KeptIn, Quiet, ScenarioFile, console, show
+from darboux.cli.shell import (
+    INTERRUPTED,
+    Anywhere,
+    Json,
+    KeptIn,
+    Quiet,
+    ScenarioFile,
+    check_result,
+    console,
+    scenario_of,
+    show,
+)
 from darboux.errors import NotConverged
 
 
@@ -28,9 +39,8 @@ def solve(
     began = time.perf_counter()
     from darboux import scenario
 
-    stated = scenario.read(file, anywhere=anywhere)
-    for note in stated.notes:
-        typer.echo(f"warning: {note}", err=True)
+    stated = scenario_of(file, anywhere)
+    check_result(out, file)
     solver = scenario.method(method, stated.method) if method else stated.method
     from darboux.statics.solve import solve as solved
 

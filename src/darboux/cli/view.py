@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from darboux.cli.shell import Anywhere, Quiet, ResultOrScenario
+from darboux.cli.shell import Anywhere, Quiet, ResultOrScenario, say
 from darboux.errors import InvalidInput
 
 
@@ -47,7 +47,7 @@ def view(
     result = found(file, anywhere)
     show.view(result, field=field, out=out, t=time, ghost=ghost, directors=directors, thicker=thicker, size=pixels)
     if out is not None and not quiet:
-        typer.echo(f"Drawn in {out}")
+        say(f"Drawn in {out}")
     refuse_unconverged(file, result)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from darboux import checks
-from darboux.checks import assign, description
-from darboux.dynamics.run import Run
+from darboux.checks import MOST_SEGMENTS, assign, description
+from darboux.dynamics.run import Run, check_steps
 from darboux.dynamics.system import System
 from darboux.kernels import rod_motion
 
@@ -38,7 +38,7 @@ class ImplicitMidpoint:
     spread = True
 
     def __post_init__(self) -> None:
-        assign(self, segments=checks.whole("implicit_midpoint.segments", self.segments, 2))
+        assign(self, segments=checks.whole("implicit_midpoint.segments", self.segments, 2, MOST_SEGMENTS))
         assign(self, tolerance=checks.positive("implicit_midpoint.tolerance", self.tolerance, "rad"))
         if self.step is not None:
             assign(self, step=checks.positive("implicit_midpoint.step", self.step, "s"))
@@ -48,6 +48,8 @@ class ImplicitMidpoint:
 
     def begin(self, system: System) -> Run:
         """Return a run at t = 0."""
+        if self.step is not None:
+            check_steps("implicit_midpoint.step", self.step, system.motion.duration, "Take a longer step.")
         return _Steps(system, self.step or system.motion.duration / DEFAULT_STEPS, self.tolerance)
 
 

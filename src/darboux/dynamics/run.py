@@ -6,9 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.dynamics.system import System, new_state
+from darboux.errors import InvalidInput
 from darboux.kernels import rod_motion
 
 Array = NDArray[np.float64]
+
+MOST_STEPS = 1e9  # hours, with ten segments
+
+
+def check_steps(field: str, step: float, duration: float, instead: str) -> None:
+    """Raise ``InvalidInput`` where a motion would take more steps than any machine makes."""
+    if duration / step > MOST_STEPS:
+        raise InvalidInput(
+            f"{field} is {step:.3g} s, which makes {duration / step:.2g} steps of the duration of {duration:g} s; at most "
+            f"{MOST_STEPS:.0e} are taken. {instead}"
+        )
 
 
 class Run:
@@ -83,7 +95,13 @@ class Run:
         return np.concatenate([[getattr(self, name) for name in self.numbers], *self.parts()])
 
     def resume(self, checkpoint: Array) -> None:
-        """Go to where a run with the same rod, supports and method was."""
+        """Go to where a run with the same rod, supports and method was; raises ``InvalidInput`` for what is no such place."""
+        size = len(self.numbers) + sum(part.size for part in self.parts())
+        if checkpoint.shape != (size,) or not np.all(np.isfinite(checkpoint)):
+            raise InvalidInput(
+                f"simulate.start_from has a checkpoint of {checkpoint.size} numbers, of which {size} finite ones are needed; "
+                "simulate the motion from its start."
+            )
         for name, value in zip(self.numbers, checkpoint, strict=False):
             setattr(self, name, type(getattr(self, name))(value))
         self.body = self.system.body = self.system.body_at(self.t)

@@ -6,6 +6,7 @@ import dataclasses
 import sys
 import time
 from contextlib import nullcontext
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -25,7 +26,8 @@ from darboux.trajectory import MotionEnergy, Trajectory
 Array = NDArray[np.float64]
 
 SAME = 1e-9  # of the duration: two times are one
-RECORDS = 200
+RECORDS, MOST_RECORDS = 200, 1_000_000
+MOST_IN_MEMORY = 2e9  # bytes of records; a file takes more
 RECORDED = ("positions", "velocities", "directors", "spins", "momentum", "angular_momentum")
 ENERGIES = tuple(field.name for field in dataclasses.fields(MotionEnergy))
 BLOCK = 64  # records that are copied at a time
@@ -76,7 +78,7 @@ def simulate(
         raise InvalidInput(
             f"simulate.method is {checks.shown(method)}; it must be a method of motion, such as ImplicitMidpoint(segments=50)."
         )
-    records = checks.whole("simulate.records", RECORDS if records is None else records, 1)
+    records = checks.whole("simulate.records", RECORDS if records is None else records, 1, MOST_RECORDS)
     drift = checks.positive("simulate.drift", drift)
     refusal = refuses(motion)
     if refusal:
@@ -113,9 +115,10 @@ def simulate(
             status = Status(
                 "stopped",
                 f"{out} can't be written ({files.reason(error)}); what was recorded before t = {run.t:.6g} s is kept. Make "
-                "room, and go on with start_from.",
+                "room, and let it go on.",
             )
-    trajectory = recorder.trajectory(status, drift, time.perf_counter() - began)
+    with files.patient():  # a second Ctrl-C waits until the file has its name
+        trajectory = recorder.trajectory(status, drift, time.perf_counter() - began)
     return trajectory.check() if throw else trajectory
 
 
@@ -167,15 +170,30 @@ class _Recorder:
         self.stream: Any = None
         self.arrays: dict[str, Array] = {}
         if out is None:
+            wanted = total * sum(part[0].nbytes for part in first.values())
+            if wanted > MOST_IN_MEMORY:
+                raise InvalidInput(
+                    f"simulate.records is {records}, which take {wanted / 1e9:.3g} GB of memory; take fewer, or keep them "
+                    "in a file as they come (out)."
+                )
             self.arrays = {name: np.zeros((total, *part.shape[1:])) for name, part in first.items()}
         else:
             from darboux.stream import Stream
 
             s, size = self.system.nodes * self.system.units.length, run.checkpoint().size
-            self.stream = Stream(out, self.system.motion, method, s, total, size, self._statistics(0.0))
-        if before is not None:
-            for i in range(0, len(before.times), BLOCK):
-                self._keep({name: part[i : i + BLOCK] for name, part in kept.items()}, before.checkpoint)
+            self.stream = Stream(out, self.system.motion, method, s, total, size, self._statistics(0.0), before)
+        try:
+            if before is not None:
+                for i in range(0, len(before.times), BLOCK):
+                    self._keep({name: part[i : i + BLOCK] for name, part in kept.items()}, before.checkpoint)
+            if self.stream is not None:
+                self.stream.named()
+        except BaseException as error:
+            if self.stream is not None:
+                self.stream.abandon()
+            if isinstance(error, OSError):
+                raise files.refusal(Path(out), error) from None
+            raise
 
     def _row(self) -> dict[str, Array]:
         """Return the present state as a record, each array with one row."""

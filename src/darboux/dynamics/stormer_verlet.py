@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from darboux import checks
-from darboux.checks import assign, description
+from darboux.checks import MOST_SEGMENTS, assign, description
 from darboux.dynamics.modes import largest_frequency
-from darboux.dynamics.run import Run
+from darboux.dynamics.run import Run, check_steps
 from darboux.dynamics.system import System
 from darboux.errors import InvalidInput
 from darboux.kernels import rod_motion
@@ -36,7 +36,7 @@ class StormerVerlet:
     spread = False
 
     def __post_init__(self) -> None:
-        assign(self, segments=checks.whole("stormer_verlet.segments", self.segments, 2))
+        assign(self, segments=checks.whole("stormer_verlet.segments", self.segments, 2, MOST_SEGMENTS))
         if self.step is not None:
             assign(self, step=checks.positive("stormer_verlet.step", self.step, "s"))
 
@@ -47,13 +47,13 @@ class StormerVerlet:
         """Return a run at t = 0."""
         if system.inextensible:
             raise InvalidInput(
-                "StormerVerlet states rods that stretch, but rod.stretch is False; use ImplicitMidpoint(), or set stretch=True."
+                "StormerVerlet states rods that stretch, but rod.stretch is False; use ImplicitMidpoint, or set rod.stretch."
             )
         return _Explicit(system, self.step)
 
 
 class _Explicit(Run):
-    advice = "Try a shorter step, which fast motion and damping need, more segments, or ImplicitMidpoint()."
+    advice = "Try a shorter step, which fast motion and damping need, more segments, or ImplicitMidpoint."
     numbers = (*Run.numbers, "step")
 
     def __init__(self, system: System, step: float | None) -> None:
@@ -62,9 +62,11 @@ class _Explicit(Run):
         if step is not None and step > stable:
             raise InvalidInput(
                 f"stormer_verlet.step is {step:.4g} s; the largest stable step is {stable:.4g} s. Leave it out, or use "
-                "ImplicitMidpoint(), which is stable for any."
+                "ImplicitMidpoint, which is stable for any."
             )
         self.step = step or SAFETY * stable
+        instead = "Take ImplicitMidpoint, whose steps may be longer."
+        check_steps("stormer_verlet.step", self.step, system.motion.duration, instead)
         self._start()
 
     def _start(self) -> None:

@@ -298,7 +298,7 @@ class System:
             if np.max(np.abs(long - 1.0)) > 0.01:
                 raise InvalidInput(
                     f"motion.initial stretches the rod by up to {np.max(np.abs(long - 1.0)):.2g}, but it does not stretch; give r "
-                    "by arc length, or set stretch=True."
+                    "by arc length, or set rod.stretch."
                 )
             r = self._of_directions(r, np.ones(self.segments))
         t = np.diff(r, axis=0)
@@ -347,7 +347,7 @@ class System:
         if self.inextensible and np.max(np.abs(lengths / self.body.rod.l - 1.0)) > EXACT:
             raise InvalidInput(
                 "motion: the rod does not stretch and is held at both ends, but its segments can't have their lengths between "
-                "them in this initial shape; set stretch=True."
+                "them in this initial shape; set rod.stretch."
             )
         held = self.motion.held("start", 0.0), self.motion.held("end", 0.0)
         for k, (i, support) in enumerate(holding.supports_at(self.motion.problem, held, self.nodes)):
@@ -388,11 +388,11 @@ class System:
                 if self.motion.velocity is None:
                     raise InvalidInput(
                         "a support moves along the rod from the first moment on, but the rod is at rest and does not stretch; let "
-                        "the support set out from rest, give the rod its velocity by motion.velocity, or set stretch=True."
+                        "the support set out from rest, give the rod its velocity by motion.velocity, or set rod.stretch."
                     )
                 raise InvalidInput(
                     "motion.velocity stretches the rod, which does not stretch; give velocities with v' across the tangent, or "
-                    "set stretch=True."
+                    "set rod.stretch."
                 )
         return V.ravel()[:-1].copy()
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import checks
-from darboux.checks import assign, description
-from darboux.dynamics.run import Run
+from darboux.checks import MOST_SEGMENTS, assign, description
+from darboux.dynamics.run import Run, check_steps
 from darboux.dynamics.system import System, new_state
 from darboux.kernels import rod_motion
 
@@ -44,7 +44,7 @@ class TRBDF2:
     def __post_init__(self) -> None:
         assign(
             self,
-            segments=checks.whole("tr_bdf2.segments", self.segments, 2),
+            segments=checks.whole("tr_bdf2.segments", self.segments, 2, MOST_SEGMENTS),
             rtol=checks.positive("tr_bdf2.rtol", self.rtol),
         )
         if self.step is not None:
@@ -56,6 +56,8 @@ class TRBDF2:
 
     def begin(self, system: System) -> Run:
         """Return a run at t = 0."""
+        if self.step is not None:
+            check_steps("tr_bdf2.step", self.step, system.motion.duration, "Take a longer step.")
         return _Adaptive(system, self.rtol, self.step)
 
 

@@ -6,8 +6,7 @@ import json
 import os
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from darboux import __version__, checks
-from darboux.errors import InvalidInput
+from darboux import __version__, checks, files
+from darboux.errors import InvalidInput, printable
 
 DPI = 200
 # The words that --only takes, and the part of `results.PARTS` that each stands for.
@@ -35,7 +34,8 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
     names = list(dict.fromkeys(PART_OF[checks.choice("--only", name, PART_OF)] for name in only or PART_OF))
     _make_folder(out)
     console = console or Console()
-    console.print(f"darboux {__version__}: the paper, into {out}{os.sep}")
+    where = printable(f"{out}{os.sep}")
+    console.print(f"darboux {__version__}: the paper, into {where}", markup=False)
     began = time.perf_counter()
     numbers: dict[str, Any] = {"version": __version__, "units": "SI"}
     comparisons: dict[str, Any] = {}
@@ -53,8 +53,7 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
             numbers |= part.numbers
             comparisons |= part.comparisons
             for stem, figure in pictures.draw(name, part).items():
-                with _written(out / f"{stem}.png"):
-                    style.save(figure, out, stem, DPI)
+                style.save(figure, out, stem, DPI)
             progress.advance(task)
     numbers = _kept(out / "paper.json") | numbers if only else numbers
     numbers["seconds"] = time.perf_counter() - began
@@ -63,7 +62,7 @@ def run(only: Sequence[str], out: Path, console: Console | None = None) -> dict[
         console.print(found.table(f"Figure 5, {model}: agreement of the methods"))
     if (summary := _summary(numbers)).row_count:
         console.print(summary)
-    console.print(f"Written to {out}{os.sep}: the pictures as PNG and SVG, and paper.json with every number.")
+    console.print(f"Written to {where}: the pictures as PNG and SVG, and paper.json with every number.", markup=False)
     return numbers
 
 
@@ -82,32 +81,15 @@ def _make_folder(out: Path) -> None:
 def _kept(path: Path) -> dict[str, Any]:
     """Return the numbers that an earlier run of this version wrote, so that a part alone does not lose the others."""
     try:
-        found = json.loads(path.read_text())
+        found = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
     except (OSError, ValueError):
         return {}
     return found if isinstance(found, dict) and found.get("version") == __version__ else {}
 
 
 def _write(path: Path, text: str) -> None:
-    """Write to a temporary name first, so that a kill never leaves half a file under the final one."""
-    temporary = path.with_suffix(".tmp")
-    with _written(path):
-        try:
-            temporary.write_text(text)
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
-
-
-@contextmanager
-def _written(path: Path) -> Iterator[None]:
-    """Say in words why a file could not be written: a full disk, a folder of that name."""
-    try:
-        yield
-    except OSError as error:
-        raise InvalidInput(
-            f"{path} can't be written ({error.strerror}); make room or move what is there, or choose another folder by --out."
-        ) from None
+    with files.replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _summary(numbers: dict[str, Any]) -> Table:

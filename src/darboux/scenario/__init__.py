@@ -47,7 +47,7 @@ class Scenario:
             raise InvalidInput(
                 f"{path} would have {len(text) / 1e6:.3g} MB; a scenario has at most {LARGEST / 1e6:g}. Thin out its Tables."
             )
-        with files.replacing(Path(path)) as temporary:
+        with files.replacing(Path(path), text=True) as temporary:
             temporary.write_text(text, encoding="utf-8")
 
 
@@ -98,7 +98,7 @@ def parse(text: str, *, folder: Path | None = None, anywhere: bool = False) -> S
     except RecursionError:
         raise InvalidInput("it nests too deep; a scenario has tables in tables, and no more.") from None
     except ValueError as error:
-        raise InvalidInput(f"it is not TOML: {error}.") from None
+        raise InvalidInput(sentences.of_toml(error, text)) from None
     try:
         given = forms.scenario().model_validate(data, context={"folder": folder, "anywhere": anywhere}).given
         problem, motion = forms.problem(given), given["motion"].given if "motion" in given else {}
@@ -116,6 +116,7 @@ def method(name: str, stated: Any = None, *, of_motion: bool = False) -> Any:
 
     shapes = forms.MOTION_METHODS if of_motion else forms.METHODS
     names = {word: shape for shape in shapes for word in (shape.name, *shape.also)}
+    name = next((shape.name for shape in shapes if shape.description == name), name)  # as sentences call it
     cls = names[checks.choice("the method", name, names)].cls
     return stated if type(stated) is cls else cls()
 

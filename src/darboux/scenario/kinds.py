@@ -35,6 +35,7 @@ Word: Any = Literal
 
 MOST_SAMPLES = 100_000  # of a table
 LARGEST_TABLE = 20_000_000  # bytes of a table's file
+LARGEST_TABLES = 100_000_000  # bytes of all the tables' files of a scenario
 
 
 class Form(BaseModel):
@@ -45,6 +46,8 @@ class Form(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _known(cls, table: Any) -> Any:
+        if isinstance(table, list):
+            raise ValueError("it must be one table; write its name in single brackets")
         if not isinstance(table, dict):
             raise ValueError(f"it must be a table with {', '.join(cls.model_fields)}")
         for key in table:
@@ -212,6 +215,12 @@ def read_table(name: str, columns: int, info: ValidationInfo, **given: Any) -> T
             raise ValueError(f"there is no file {path}")
         if path.stat().st_size > LARGEST_TABLE:
             raise ValueError(f"{path} has more than {LARGEST_TABLE // 1_000_000} MB; thin it out")
+        context = info.context or {}
+        context["read"] = context.get("read", 0) + path.stat().st_size
+        if context["read"] > LARGEST_TABLES:
+            raise ValueError(
+                f"the scenario's tables have more than {LARGEST_TABLES // 1_000_000} MB together; thin them out"
+            )
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"{path} can't be read ({error})") from None
@@ -263,6 +272,8 @@ def one_of(kinds: dict[str, Any], key: str, default: str | None = None) -> Any:
     """Return one of several forms, told apart by the word under ``key``."""
 
     def known(value: Any) -> Any:
+        if isinstance(value, list):
+            raise ValueError("it must be one table; write its name in single brackets")
         if not isinstance(value, dict):
             raise ValueError(f"it must be a table, such as {{ {key} = {next(iter(kinds))!r}, ... }}")
         if key not in value and default is None:

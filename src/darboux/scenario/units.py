@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from decimal import Decimal
 from functools import cache
 from typing import Any
 
-from darboux.checks import shown
+from darboux.checks import did_you_mean, shown
 
 # Those of everyday files; pint knows the rest, and takes half a second to load.
 FAMILIAR = {
@@ -33,8 +32,11 @@ FAMILIAR = {
     "N s^2/m^3": {"N s^2/m^3": "1"},
     "m/s": {"m/s": "1", "cm/s": "1e-2", "mm/s": "1e-3"},
 }
+SIMPLE = ("m", "mm", "N", "Pa", "kg", "rad", "s", "V", "C")  # of which the others are made
 EXAMPLE = {"m": "25 cm", "Pa": "1 MPa", "kg/m^3": "1000 kg/m^3", "N": "2 N", "s": "10 ms", "rad": "90 deg"}
 QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,6})?)\s*(.*?)\s*")
+DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
+THOUSANDS = re.compile(r",\d{3}(?!\d)")
 NAME = r"[A-Za-zµμΩ°%]+(?:(?:\*\*|\^)-?\d)?"
 UNIT = re.compile(
     rf"(?:1?\s*/\s*)?{NAME}(?:(?:\s*[*/·]\s*|\s+){NAME}){{0,7}}"
@@ -49,6 +51,10 @@ def si(value: Any, unit: str) -> float:
     if not isinstance(value, str):
         return _finite(value)
     match = QUANTITY.fullmatch(value) if len(value) <= LONGEST_QUANTITY else None
+    if (match is None or match[2].startswith(",")) and len(value) <= LONGEST_QUANTITY and DECIMAL_COMMA.search(value):
+        point, none = (DECIMAL_COMMA.sub(sign, value.strip(), count=1) for sign in (".", ""))
+        either = f"{point!r}, or {none!r} where it parts thousands" if THOUSANDS.search(value) else f"{point!r}"
+        raise ValueError(f"a number has a decimal point; write {either}")
     if match is None or not unit:
         raise ValueError(f"it must be {asked(unit)}")
     if not match[2]:
@@ -84,6 +90,8 @@ def factor(text: str, unit: str) -> Decimal:
         return Decimal(familiar)
     if len(text) > LONGEST_UNIT or not UNIT.fullmatch(text):
         raise ValueError(f"its unit {shown(text)} can't be read; write products, quotients and powers, as in 'N/m^2'")
+    if "rad" in unit and re.search(r"%|percent|pp[mb]", text):  # what pint takes for rad
+        raise ValueError(f"its unit {text!r} is of another kind; it must be {asked(unit)}")
     import pint
 
     pint_units = _registry()
@@ -91,9 +99,9 @@ def factor(text: str, unit: str) -> Decimal:
         return Decimal(repr(float(pint_units.Quantity(1.0, text if text[0] != "/" else "1" + text).to(unit).magnitude)))
     except pint.UndefinedUnitError as error:
         unknown = str(error.unit_names[0])
-        near = difflib.get_close_matches(unknown, list(FAMILIAR.get(unit, {})), n=1)
-        hint = f". Did you mean {near[0]!r}?" if near else ""
-        raise ValueError(f"its unit {unknown!r} is not known; write {asked(unit)}{hint}") from None
+        known = [*FAMILIAR.get(unit, ()), *(("deg", "turn") if unit == "rad" else () if unit.isalpha() else SIMPLE)]
+        hint = did_you_mean(unknown, known)
+        raise ValueError(f"its unit {unknown!r} is not known; write {asked(unit)}{'.' * bool(hint)}{hint}") from None
     except pint.DimensionalityError:
         raise ValueError(f"its unit {text!r} is of another kind; it must be {asked(unit)}") from None
     except (pint.PintError, ArithmeticError, TypeError, ValueError, AttributeError):

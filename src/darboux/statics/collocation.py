@@ -20,7 +20,7 @@ from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import first_shape, hanging_chain, limits, load_path, pendulum
 from darboux.statics.coefficients import Scale, elastic_parts
-from darboux.statics.collocation_equations import Equations, State
+from darboux.statics.collocation_equations import MOST_ELEMENTS, Equations, State
 from darboux.statics.collocation_refinement import refined
 from darboux.statics.first_shape import FirstShape
 from darboux.statics.mesh import Mesh
@@ -57,7 +57,8 @@ class Collocation:
             raise InvalidInput(
                 f"collocation.stages is {stages}; it must lie between {FEWEST_STAGES} and {MOST_STAGES}."
             )
-        elements = None if self.elements is None else checks.whole("collocation.elements", self.elements, 1)
+        elements = self.elements
+        elements = None if elements is None else checks.whole("collocation.elements", elements, 1, MOST_ELEMENTS)
         assign(self, rtol=rtol, stages=stages, elements=elements)
 
     def __str__(self) -> str:
@@ -182,7 +183,7 @@ class Collocation:
         answer = refined(equations, mesh, self.rtol, self.elements)
         if answer is None:
             message = (
-                f"Newton's method did not settle at rtol = {self.rtol:g}; the answer on the coarse mesh is in .solution. Ask "
+                f"Newton's method did not settle at rtol = {self.rtol:g}, but on the coarse mesh. Ask "
                 "for a larger rtol."
             )
             return _Found(equations, Status("no_convergence", message), mesh, ErrorEstimate(), path)

@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from darboux import checks
-from darboux.checks import assign, description
+from darboux.checks import MOST_SEGMENTS, assign, description
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.modes import Modes
@@ -63,7 +63,7 @@ class DiscreteRod:
             raise InvalidInput(f"discrete_rod.grading is {grading:g}; it must lie between 1 (equal segments) and 1e4.")
         assign(
             self,
-            segments=checks.whole("discrete_rod.segments", self.segments, 2),
+            segments=checks.whole("discrete_rod.segments", self.segments, 2, MOST_SEGMENTS),
             clamp=checks.choice("discrete_rod.clamp", self.clamp, CLAMPS),
             grading=grading,
             extrapolate=checks.flag("discrete_rod.extrapolate", self.extrapolate),
@@ -93,13 +93,13 @@ class DiscreteRod:
         if isinstance(problem, Ring) and (own := self._refuses_ring(problem)):
             return own
         if problem.rod.shear:
-            return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation(), or set shear=False."
+            return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation, or a rod without rod.shear."
         least = NARROWEST * self.segments**0.5 * problem.rod.length
         for (a, _), (b, _) in itertools.pairwise([(0.0, None), *problem.between, (problem.rod.length, None)]):
             if b - a < least:
                 return (
                     f"a support is {b - a:.3g} m from the next one or an end; DiscreteRod({self.segments}) needs {least:.2g} m "
-                    "between, or rounding hides the rest; use Collocation(), or one support for both."
+                    "between, or rounding hides the rest; use Collocation, or one support for both."
                 )
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
@@ -107,9 +107,7 @@ class DiscreteRod:
         """Return why this method can't state a ring, or None: its segments are equal, and one of them is held."""
         if problem.rod.stretch or problem.stations:
             what = "stretches" if problem.rod.stretch else "has a support or a load at a point between its ends"
-            return (
-                f"the ring {what}; DiscreteRod states rings that do not, for it holds one segment; use Collocation()."
-            )
+            return f"the ring {what}; DiscreteRod states rings that do not, for it holds one segment; use Collocation."
         if self.grading != 1.0:
             return "DiscreteRod states a Ring on equal segments; leave out grading."
         return None

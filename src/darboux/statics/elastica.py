@@ -133,11 +133,11 @@ def message(found: PlaneSolution, unstable: int | None, rtol: float) -> str:
         case "taut":
             return (
                 "The ends are held as far apart as the rod is long, so without stretch it can only be straight, and "
-                "the force along it has no bound. Set stretch=True and use Shooting(), or move the ends closer."
+                "the force along it has no bound. Set rod.stretch and use Shooting, or move the ends closer."
             )
         case _ if found.pushed and found.reached < 1e-6:
             return (
                 "A straight rod is pushed along its tangent and can buckle to either side: nothing tells which. "
                 "Add a small load across it that chooses one."
             )
-    return f"No equilibrium was found beyond {reached}; the last one is given. Use Collocation(), or smaller loads."
+    return f"No equilibrium was found beyond {reached}; the last one is given. Use Collocation, or smaller loads."

@@ -36,7 +36,7 @@ CURVE_TOLERANCE = 1e-12  # of the interpolation between the nodes of a curve, re
 CURVE_ROUNDS = 50
 MOST_NODES = 20000
 LEAST_SCALE = 1e-3  # of forces and moments without dimensions: below it their rounding is not interpolated
-INSTEAD = "Use Collocation()"
+INSTEAD = "Use Collocation"
 
 
 class NotPlanar(InvalidInput):

@@ -13,11 +13,11 @@ Array = NDArray[np.float64]
 
 PUSHED = (
     "the rod is straight, inextensible and held at both ends, and nothing bends it to a side: pushed together it stays straight "
-    "on its branch, which it can't do without stretch. Bend it a little by a small load across, or set stretch=True."
+    "on its branch, which it can't do without stretch. Bend it a little by a small load across, or set rod.stretch."
 )
 TAUT = (
     "the rod is inextensible, and a straight part of it is held at both its ends as far apart as it is long: it is taut, its "
-    "tension is not determined, and grows without bound under a load across. Move the supports closer, or set stretch=True."
+    "tension is not determined, and grows without bound under a load across. Move the supports closer, or set rod.stretch."
 )
 MOST_WOUND = 2e4  # rad
 SAME = 1e-12  # relative: two places or directions are one
@@ -41,6 +41,21 @@ def _along(problem: Equilibrium) -> tuple[Array, Array]:
     L = problem.rod.length
     even = np.linspace(0.0, L, 33)
     return gauss_points(np.unique(np.concatenate([even, problem.breaks, problem.steep_places])), 2)
+
+
+def twisted(problem: Equilibrium) -> str | None:
+    """Return the sentence for ends that are turned against each other more often than any method follows, or None."""
+    name, angle = "link", getattr(problem, "link", 0.0) * frames.turn
+    for at in ("start", "end"):
+        twist = getattr(getattr(problem, at), "twist", 0.0)
+        if abs(twist) > abs(angle):
+            name, angle = f"{at}.twist", twist
+    if abs(angle) <= MOST_WOUND:
+        return None
+    return (
+        f"{name} is {angle / frames.turn:.3g} turns; at most {MOST_WOUND / frames.turn:.2g} can be followed. A link counts turns; "
+        "a twist is in rad, or has its unit."
+    )
 
 
 def straight(problem: Equilibrium) -> str | None:
@@ -79,12 +94,12 @@ def coupled(problem: Equilibrium, method: str, *, bending_with_twist: bool = Fal
         )
     if not mixed:
         return None
-    return f"{method} can't state a section that couples {what}, as this StiffnessMatrix does; use Collocation()."
+    return f"{method} can't state a section that couples {what}, as this StiffnessMatrix does; use Collocation."
 
 
 def beyond(problem: Equilibrium, method: str) -> str | None:
     """Return why a method for clamped and free ends and loads along the rod or on its ends can't state a problem, or None."""
-    use = f"use Collocation(). {method} states clamped and free ends, loads along the rod and dead loads on its ends"
+    use = f"use Collocation. {method} states clamped and free ends, loads along the rod and dead loads on its ends"
     for at in ("start", "end"):
         support, load = getattr(problem, at), problem.end_load(at)
         if not support.plain:
@@ -132,7 +147,7 @@ def beyond_nodes(problem: Equilibrium, method: str) -> str | None:
         if turning or support.sliding == "section":
             return (
                 f"the {type(support).__name__} at s = {s:g} m turns with the section or holds it from turning, but {method} "
-                "holds a vertex there, which has no frame; use Collocation()."
+                "holds a vertex there, which has no frame; use Collocation."
             )
     return None
 

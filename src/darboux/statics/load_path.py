@@ -200,34 +200,33 @@ def ending(path: Path[State], method: str, origin: str = "the unloaded rod") -> 
     if 0.0 < path.load_factor < MECHANISM_LOAD and path.steps > MECHANISM_STEPS:
         return "no_convergence", (
             "the rod turns on and on as a whole under the smallest part of the load: its supports leave it free to turn, and the "
-            "loads have a moment about that axis that turning does not take away. Hold that rotation, as by a Clamped(), a "
-            "Hinge() or a Spring(rotational=...), or take the moment off."
+            "loads have a moment about that axis that turning does not take away. Hold that rotation, as by a Clamped or "
+            "Hinge support or a rotational Spring, or take the moment off."
         )
     if path.load_factor == 0.0:
         return "no_convergence", (
             f"{method} could not leave {origin}: its equations are singular there, as for a straight inextensible "
-            "rod held at both ends. Bend it a little by a small load, or use DiscreteRod() with stretch=True."
+            "rod held at both ends. Bend it a little by a small load, or use DiscreteRod with rod.stretch."
         )
     if path.steps + path.rejected >= MOST_STEPS:
         return "no_convergence", (
             f"{method} gave up after {MOST_STEPS} steps of the load, at {percent} of it: the rod turns too often on the way. "
-            "The last equilibrium is in .solution; lower the load."
+            "Lower the load."
         )
     if path.slope * path.load_factor < FOLD_SLOPE:
         return "no_convergence", (
-            f"{method} found no equilibrium beyond {percent} of the load, and no fold there either. The last equilibrium is in "
-            ".solution; try another method or a finer one, or load in another order."
+            f"{method} found no equilibrium beyond {percent} of the load, and no fold there either. "
+            "Try another method or a finer one, or load in another order."
         )
     return "folded", (
         f"the equilibrium that follows from {origin} ends at {percent} of the load: beyond a fold the rod snaps to "
-        f"another shape. The last equilibrium is in .solution; solve_all(problem) looks for those at full load, and solve(problem, "
-        "start=...) takes a shape to set out from."
+        "another shape."
     )
 
 
 def stopped(path: Path[Any]) -> str:
     """Return the sentence for a path that the user stopped."""
-    return f"stopped at {_percent(path)} of the load; the equilibrium there is in .solution."
+    return f"stopped at {_percent(path)} of the load."
 
 
 def flattened(path: Path[State]) -> str:

@@ -65,7 +65,7 @@ class Shooting:
         rtol = checks.positive("shooting.rtol", self.rtol)
         if not 1e-12 <= rtol <= 1e-3:
             raise InvalidInput(f"shooting.rtol is {rtol:g}; it must lie between 1e-12 and 1e-3.")
-        assign(self, rtol=rtol, pieces=checks.whole("shooting.pieces", self.pieces, 1))
+        assign(self, rtol=rtol, pieces=checks.whole("shooting.pieces", self.pieces, 1, MOST_PIECES))
 
     def __str__(self) -> str:
         return "Shooting()" if self.rtol == 1e-10 else f"Shooting(rtol={self.rtol:g})"
@@ -107,7 +107,7 @@ class Shooting:
                 "no_convergence",
                 (
                     f"at {100.0 * path.load_factor:.3g} % of the load errors grow so fast along the rod that it needs more than "
-                    f"{MOST_PIECES} pieces; use DiscreteRod(400, grading=100), or Elastica() in the plane."
+                    f"{MOST_PIECES} pieces; use DiscreteRod with 400 segments and grading 100, or Elastica in the plane."
                 ),
             )
         if pieces.slack and not problem.rod.stretch and 0.99 < path.load_factor < 1.0:
@@ -115,7 +115,7 @@ class Shooting:
                 "no_convergence",
                 (
                     "the rod, held at both ends and inextensible, stays straight on the way, and its inner force grows without "
-                    "bound. Give it a side to bend to by a small load, or set stretch=True."
+                    "bound. Give it a side to bend to by a small load, or set rod.stretch."
                 ),
             )
         if straight:
@@ -124,7 +124,7 @@ class Shooting:
             code, message = (
                 "no_convergence",
                 (
-                    f"Newton's method did not settle at rtol = {self.rtol:g}; the answer at rtol = {PATH_RTOL:g} is in .solution. "
+                    f"Newton's method did not settle at rtol = {self.rtol:g}, but at rtol = {PATH_RTOL:g}. "
                     "Ask for a larger rtol."
                 ),
             )

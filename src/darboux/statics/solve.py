@@ -39,7 +39,7 @@ def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw:
     """
     checks.instance("solve.problem", problem, Equilibrium, "an Equilibrium")
     method = checked_method("solve.method", Collocation() if method is None else method)
-    refusal = limits.wound(problem) or method.refuses(problem)
+    refusal = limits.wound(problem) or limits.twisted(problem) or method.refuses(problem)
     if refusal:
         raise InvalidInput(refusal)
     if start is None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib as mpl
 import numpy as np
 
-from darboux import checks
+from darboux import checks, files
 from darboux.errors import InvalidInput
 from darboux.view.palette import BLACK
 
@@ -145,8 +145,10 @@ def legend_on_top(ax: Axes, kept: float = 0.0) -> None:
 def save(figure: Figure, folder: Path, stem: str, dpi: float = 200.0) -> None:
     """Write the figure as ``stem``.png and ``stem``.svg into the folder, in our style and without the date."""
     with article():
-        figure.savefig(folder / f"{stem}.png", dpi=dpi)
-        figure.savefig(folder / f"{stem}.svg", metadata={"Date": None})
+        with files.replacing(folder / f"{stem}.png") as temporary:
+            figure.savefig(temporary, dpi=dpi)
+        with files.replacing(folder / f"{stem}.svg") as temporary:
+            figure.savefig(temporary, metadata={"Date": None})
 
 
 def axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:

@@ -93,8 +93,10 @@ class Quantity:
         try:
             value = float(text) * self.factor if _plain(text) else units.si(text, self.si)
         except ValueError as error:
+            asked = f"a number in {self.unit or '1'}, or a text with a unit, such as {self.text(self.value)} {self.unit}".rstrip()
+            fault = str(error).replace(units.asked(self.si), asked).rstrip(".")  # the field's unit, not the file's
             raise InvalidInput(
-                f"{self.label} is {shown(text)}; {error}."
+                f"{self.label} is {shown(text)}; {fault}{'' if fault.endswith('?') else '.'}"
                 if text
                 else f"{self.label} is empty; give a number in {self.unit}."
             ) from None

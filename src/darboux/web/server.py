@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import os
+import re
 import socket
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -14,6 +16,20 @@ from darboux.errors import InvalidInput
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 BODY = scenario.LARGEST + 20_000  # bytes of a request: a scenario and the form around it
 THREADS = 6  # at least: whoever asks for a hard solve keeps one busy for seconds, and the others go on
+# NiceGUI's own scripts stand in the page, and evaluate what this server sends; nothing else may be fetched or sent.
+POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; worker-src 'self' blob:; object-src 'none'; "
+    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+HEADERS = (
+    (b"content-security-policy", POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"x-frame-options", b"DENY"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-opener-policy", b"same-origin"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+)
 HISTORY = 60  # messages kept for a browser that was cut off for a moment
 
 
@@ -38,7 +54,6 @@ def serve(shelf: Mapping[str, Any], host: str, port: int, ready: Callable[[str],
     """Serve the page until Ctrl-C; ``ready`` is called with its address when it can be opened."""
     os.environ.setdefault("MPLBACKEND", "Agg")
     from nicegui import app, background_tasks, ui
-    from starlette.middleware.trustedhost import TrustedHostMiddleware
 
     from darboux.web.page import Page
     from darboux.web.workers import Workers
@@ -54,9 +69,8 @@ def serve(shelf: Mapping[str, Any], host: str, port: int, ready: Callable[[str],
         client = ui.context.client
         Page(client, shelf, workers, dict(client.request.query_params))
 
-    if host in LOOPBACK:  # a page elsewhere can't reach this one by a name of its own
-        app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
     app.add_middleware(Bounded)
+    app.add_middleware(Guarded, host=host)
 
     async def announced() -> None:
         while not await _open(host, port):
@@ -86,6 +100,64 @@ async def _open(host: str, port: int) -> bool:
     except OSError:
         return False
     writer.close()
+    return True
+
+
+class Guarded:
+    """Lets in only who speaks to this machine, from a page of this server; tells browsers to fetch nothing from elsewhere.
+
+    A name of another's that leads to this machine (DNS rebinding) is refused by its Host, a foreign page's request or
+    socket by its Origin.
+    """
+
+    def __init__(self, app: Any, host: str) -> None:
+        self.app, self.loopback = app, host in LOOPBACK
+        self.names = {*LOOPBACK, host.lower()}
+        self.names |= set() if self.loopback else {socket.gethostname().lower(), socket.getfqdn().lower()}
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        """Pass a request on, with our headers in the answer, or refuse it."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        if not self._is_ours(scope["headers"]):
+            if scope["type"] == "websocket":
+                await send({"type": "websocket.close", "code": 1008})
+                return
+            from starlette.responses import PlainTextResponse
+
+            await PlainTextResponse("Open this page by the address that darboux serve prints.", 403)(
+                scope, receive, send
+            )
+            return
+
+        async def headed(message: Any) -> None:
+            if message["type"] == "http.response.start":
+                message = message | {"headers": [*message.get("headers", ()), *HEADERS]}
+            await send(message)
+
+        await self.app(scope, receive, headed)
+
+    def _is_ours(self, headers: Any) -> bool:
+        """Return whether a request names this machine, once, and comes from no other page than ours."""
+        hosts, origins = (
+            [value.decode("latin-1").lower() for name, value in headers if name == wanted]
+            for wanted in (b"host", b"origin")
+        )
+        if len(hosts) != 1:
+            return False
+        own = hosts[0]
+        name = re.sub(r":\d*$", "", own).strip("[]") if own.count(":") < 2 or "]" in own else own
+        if name not in self.names and (self.loopback or not _is_address(name)):
+            return False
+        return all(origin in (f"http://{own}", f"https://{own}") for origin in origins)
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
     return True
 
 

@@ -23,7 +23,7 @@ AROUND = 16  # points of an outline
 THINNEST = (
     0.006  # half of a section's larger side over the picture's size: thinner rods are drawn thicker, and this is said
 )
-PLOTTED = 2  # every second section
+PLOTTED, MOST_PLOTTED = 2, 300  # every second section, and the solver's own nodes, which are dense in boundary layers
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,21 @@ def sampled(solution: EquilibriumSolution) -> tuple[Shape, Fields]:
     y = solution.curve(s)
     R = frames.matrix_of_quaternion(y[:, 3:7])
     shape = Shape(y[:, 0:3], R)
-    at = slice(None, None, PLOTTED)
-    forces = np.einsum("nji,naj->nai", R[at], y[at, 7:13].reshape(-1, 2, 3)).reshape(-1, 6)
-    strains = np.einsum("nij,nj->ni", rod.compliance(s[at]), forces)
+    s = _plotted(solution)
+    y = solution.curve(s)
+    R = frames.matrix_of_quaternion(y[:, 3:7])
+    forces = np.einsum("nji,naj->nai", R, y[:, 7:13].reshape(-1, 2, 3)).reshape(-1, 6)
+    strains = np.einsum("nij,nj->ni", rod.compliance(s), forces)
     energy = 0.5 * np.einsum("ni,ni->n", forces, strains)
-    return shape, Fields(s[at], rod.k0(s[at]) + strains[:, 3:], forces[:, 3:], energy)
+    return shape, Fields(s, rod.k0(s) + strains[:, 3:], forces[:, 3:], energy)
+
+
+def _plotted(solution: EquilibriumSolution) -> Array:
+    """Return where fields are plotted: evenly, and at the nodes and half between them, thinned out where they are many."""
+    nodes = np.unique(np.clip(solution.curve.s, 0.0, solution.problem.rod.length))
+    nodes = np.sort(np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
+    nodes = nodes[np.linspace(0, len(nodes) - 1, min(len(nodes), MOST_PLOTTED)).astype(int)]
+    return np.union1d(np.linspace(0.0, solution.problem.rod.length, SAMPLES)[::PLOTTED], nodes)
 
 
 def unloaded(problem: Equilibrium) -> Shape | None:

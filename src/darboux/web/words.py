@@ -33,7 +33,6 @@ def how(message: str) -> str:
 
 def failure(message: str) -> str:
     """Return why there is no shape, without what only a program can do about it."""
-    message = message.partition(" The last equilibrium is in .solution")[0]
     return message[:1].upper() + message[1:]
 
 

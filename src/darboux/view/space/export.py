@@ -22,7 +22,7 @@ from darboux.view.space.show import ROD, pyvista
 
 Array = NDArray[np.float64]
 
-SAMPLES = 201  # lines of a table
+SAMPLES, MOST_SAMPLES = 201, 1_000_000  # lines of a table
 EDGE = 40.0  # degrees between faces, beyond which an edge is sharp
 SERIES_QUARTER = 6  # faces on a quarter of the outline, in the many files of a motion
 OF_RODS = (".vtp", ".vtk", ".glb", ".gltf", ".stl", ".csv")
@@ -78,7 +78,7 @@ def export(
         if t is not None:
             raise InvalidInput("export.t is the time of a motion; an equilibrium has none.")
         if form == ".csv":
-            return _table(result, file, checks.whole("export.samples", samples, 2))
+            return _table(result, file, checks.whole("export.samples", samples, 2, MOST_SAMPLES))
         rod = shape.of(result)
     checks.choice("export.field", field, [*fields.known(rod), "none"])
     body = _body(rod)
