@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 SAME = 1e-9  # of the duration: two times are one
 RECORDS = 200
 RECORDED = ("positions", "velocities", "directors", "spins", "momentum", "angular_momentum")
-ENERGIES = tuple(field.name for field in dataclasses.fields(MotionEnergy))
+ENERGIES = tuple(field.name for field in dataclasses.fields(MotionEnergy) if field.name != "least")
 BLOCK = 64  # records that are copied at a time
 SLOW = 2.0  # s of wall time after which a progress bar appears on a terminal
 
@@ -218,7 +218,9 @@ class _Recorder:
         """Return what was recorded, with the status that the energy allows."""
         n, statistics = self.n, self._statistics(seconds)
         arrays = self.arrays if self.stream is None else self.stream.energies()
-        energy = MotionEnergy(**{name: arrays[name][:n] for name in ENERGIES})
+        energy = MotionEnergy(
+            **{name: arrays[name][:n] for name in ENERGIES}, least=self.system.motion.least_energy
+        )
         if status.converged and not energy.drift <= drift:
             status = Status(
                 "drift",
