@@ -256,11 +256,11 @@ DRAGS = [
 
 @pytest.mark.parametrize(
     "method",
-    [dx.ImplicitMidpoint(4, step=2e-3), dx.TRBDF2(4, step=2e-3), dx.StormerVerlet(4, step=2e-3)],
+    [dx.ImplicitMidpoint(4, step=1e-3), dx.TRBDF2(4, step=1e-3), dx.StormerVerlet(4, step=1e-3)],
     ids=lambda method: type(method).__name__,
 )
 def test_every_drag_has_its_own_fluid(method) -> None:
-    """A straight rod flies without turning: m v' = m g + sum of the drags of v - u; their work on the rod's slip and the fluids'."""
+    """A straight rod flies without turning: m v' = m g + sum of the drags of v - u, and their work on slip and fluids."""
     g, v0, mass = np.array([0.0, 1.0, -2.0]), np.array([1.0, -1.0, 0.5]), 1.5
 
     def rates(t, y):
@@ -375,7 +375,6 @@ def test_drift_changes_the_status() -> None:
 
 CANTILEVER = dx.Equilibrium(UNIT)
 WEIGHED = dx.Equilibrium(UNIT, loads=[dx.Gravity(), dx.EndForce((1, 0, 0))])
-BOW = dx.Equilibrium(dx.Rod(1.0, UNIT.section), end=dx.Clamped((0, 0, 0.8)), loads=[dx.Gravity((0, -1, 0))])
 MISTAKES = {
     "duration is 0": lambda: dx.Motion(CANTILEVER, 0.0),
     "duration is -1": lambda: dx.Motion(CANTILEVER, -1.0),
@@ -415,7 +414,6 @@ MISTAKES = {
     "use ImplicitMidpoint": lambda: dx.simulate(
         dx.Motion(dx.Equilibrium(dx.Rod(1.0, UNIT.section)), 1.0), dx.StormerVerlet()
     ),
-    "held at both ends": lambda: dx.simulate(dx.Motion(BOW, 1.0, initial=dx.solve(BOW))),
     "largest stable step": lambda: dx.simulate(dx.Motion(CANTILEVER, 1.0), dx.StormerVerlet(20, step=1.0)),
     "a method of motion": lambda: dx.simulate(dx.Motion(CANTILEVER, 1.0), dx.DiscreteRod()),
 }
@@ -471,27 +469,31 @@ def test_a_rod_that_does_not_stretch_begins_between_its_supports(case: str, segm
     assert x.energy.drift < 1e-3
 
 
-@pytest.mark.parametrize("segments", [10, 2000])
+@pytest.mark.parametrize("segments", [10, 1000])
 def test_a_bent_rod_between_clamps_is_set_in_motion(segments: int) -> None:
     """By the other method too; from the shape of other loads; and let go, after which it carries its momentum along."""
     bent = dx.solve(BENT)
     pushed = dx.Motion(BENT.with_load(dx.Gravity((3, 0, 0))), 0.01, bent, release={"end": 0.005})
-    x = dx.simulate(pushed, dx.TRBDF2(segments, step=5e-4), records=2)
+    x = dx.simulate(pushed, dx.TRBDF2(segments, step=1e-3), records=2, drift=0.1)  # which damps the wave from the end
     assert x.converged
     np.testing.assert_allclose(x.positions[:2, -1], np.tile((0, 0, 0.9), (2, 1)), atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(np.diff(x.positions, axis=1), axis=2), 1.0 / segments, rtol=1e-9)
     assert np.linalg.norm(x.momentum[-1]) > 1e-3
 
 
-def test_without_slack_a_true_sentence() -> None:
-    taut = dx.Equilibrium(STIFF, dx.Pinned(), dx.Pinned((0, 0, 1)), between={0.5: dx.Pinned((0.01, 0, 0.5))})
-    straight = dx.Equilibrium(STIFF, dx.Pinned(), dx.Pinned((0, 0, 0.995)))
-    for problem, initial, words in (
-        (taut, lambda s: np.outer(s, END), r"from s = 0 m to s = 0.5 m, 0.5 m, it is taut between supports 0.50009"),
-        (straight, lambda s: np.outer(0.995 * s, END), "begin with a shape that has the rod's length between them"),
-    ):
-        with pytest.raises(dx.InvalidInput, match=words):
-            dx.simulate(dx.Motion(problem, 0.1, initial), dx.ImplicitMidpoint(10))
+def test_a_straight_shape_with_slack_is_refused_and_one_without_is_straightened() -> None:
+    def straight(s):
+        return np.outer(0.995 * s, END)
+
+    def nearly(s):
+        return np.stack([1e-3 * np.sin(np.pi * s), 0.0 * s, s], axis=1)
+
+    method = dx.ImplicitMidpoint(10, step=1e-3)
+    short, taut = (dx.Equilibrium(STIFF, dx.Pinned(), dx.Pinned((0, 0, z)), [dx.Gravity()]) for z in (0.995, 1.0))
+    with pytest.raises(dx.InvalidInput, match="begin with a shape that has the rod's length between them"):
+        dx.simulate(dx.Motion(short, 0.1, straight), method)
+    x = dx.simulate(dx.Motion(taut, 0.01, nearly), method, records=1)
+    np.testing.assert_allclose(x.positions[0], np.outer(x.s, END), atol=1e-4)
 
 
 # What the energy's drift is measured against
@@ -558,8 +560,7 @@ def test_the_first_step_of_a_shaken_rod_that_does_not_stretch_has_its_work() -> 
     for method in (dx.ImplicitMidpoint(12, step=1e-5), dx.TRBDF2(12, step=1e-5)):
         motion = dx.Motion(dx.Equilibrium(STIFF), 1e-5, start=shaken, rotary_inertia=1e-3)
         energy = dx.simulate(motion, method, records=1, drift=1.0).energy
-        # the work of the trapezoidal rule, whose first point is at rest, is of the step's own order
-        np.testing.assert_allclose(energy.work[1], energy.total[1], rtol=1e-4 if method.step and "Mid" in str(method) else 0.1)
+        np.testing.assert_allclose(energy.work[1], energy.total[1], rtol=0.05)
 
 
 def test_steps_do_not_stall_where_a_spring_is_almost_still() -> None:

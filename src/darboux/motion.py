@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 SAMPLES = 257  # times at which functions of time are looked at before a run
 SAME = 1e-6  # relative to the length: a support and what moves it begin in one place
 ROUNDING = 2.0**-52  # of EI / L: the energy of strains that are rounding is its square
-SUMMED = 2.0**-42  # of a load's work over the length, which is summed up over the steps
+SUMMED = 2.0**-36  # of a load's work over the length, which is summed up over the steps
 
 
 @description
@@ -364,7 +364,7 @@ class Motion:
 
     @property
     def least_energy(self) -> float:
-        """The energy in J below which a motion is rounding: 2^-52 EI / L + 2^-42 F L, of all loads F at their largest factors."""
+        """The energy in J below which a motion is rounding: 2^-52 EI / L + 2^-36 F L, of all loads F at their largest factors."""
         rod, L = self.problem.rod, self.problem.rod.length
         s = np.linspace(0.0, L, 33)
         stiffness = rod.stiffness(s)

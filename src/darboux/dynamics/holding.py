@@ -17,7 +17,8 @@ from darboux.supports import Free, Support
 
 Array = NDArray[np.float64]
 
-MOST_CHANGES, SHORTEST_PART = 50, 2.0**-10  # of Newton's method, and of one of its changes, by which a polygon is fitted
+MOST_CHANGES = 50  # of Newton's method, by which a polygon is fitted
+SHORTEST_PART = 2.0**-10  # of one of them
 APART = 1e-14  # of constraints that all but say the same
 
 

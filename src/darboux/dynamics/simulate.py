@@ -218,9 +218,7 @@ class _Recorder:
         """Return what was recorded, with the status that the energy allows."""
         n, statistics = self.n, self._statistics(seconds)
         arrays = self.arrays if self.stream is None else self.stream.energies()
-        energy = MotionEnergy(
-            **{name: arrays[name][:n] for name in ENERGIES}, least=self.system.motion.least_energy
-        )
+        energy = MotionEnergy(**{name: arrays[name][:n] for name in ENERGIES}, least=self.system.motion.least_energy)
         if status.converged and not energy.drift <= drift:
             status = Status(
                 "drift",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,7 +37,6 @@ Array = NDArray[np.float64]
 EXACT = 1e-9  # relative: an inextensible segment's length
 ROUNDING = 1e-15  # of the length: what an edge may be off its own that is not fitted
 NEAR = 0.1  # of the length: a shape further than this off its supports is not fitted between them
-TAUT = 1e-9  # relative: slack that is none
 GAP = 1e-6  # of the length, by which a shape may miss a support
 FOLDED = 1e-9 - 1.0  # the cosine of a turn that has no plane
 SETTLED = 1e-11  # rad, to which that equilibrium is found
@@ -255,10 +253,11 @@ class System:
 
     def _between_supports(self, x: Array) -> Array:
         """Return vertices (N + 1, 3) near those given, of edges of their proper lengths, where the supports hold them."""
-        held = []
-        for i, support, place in self._places():
-            for axis in support.displacement_axes.T[list(support.held_displacement)]:
-                held.append((i, axis, float(axis @ place)))
+        held = [
+            (i, axis, float(axis @ place))
+            for i, support, place in self._places()
+            for axis in support.displacement_axes.T[list(support.held_displacement)]
+        ]
         gaps = [abs(axis @ x[i] - level) for i, axis, level in held]
         lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
         if max(gaps, default=0.0) > NEAR or np.max(np.abs(lengths - self.l)) < ROUNDING > max(gaps, default=0.0):
@@ -266,7 +265,10 @@ class System:
         x = holding.fitted(x, self.l, held, self.ring is not None)
         lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
         if np.max(np.abs(lengths / self.l - 1.0)) > EXACT:
-            raise InvalidInput(self._taut())
+            raise InvalidInput(
+                "motion: the rod does not stretch, but from this initial shape its segments can't come to their lengths between "
+                "the supports; begin with a shape that has the rod's length between them, or set stretch=True."
+            )
         return x
 
     def _places(self) -> list[tuple[int, Support, Array]]:
@@ -388,22 +390,6 @@ class System:
                     f"the rod begins {gap * self.units.length:.3g} m off the support at {where}, or turned away from it; lay it "
                     "there: initial=solve(problem), or a function of s."
                 )
-
-    def _taut(self) -> str:
-        """Return why the segments of an inextensible rod can't have their lengths between its supports."""
-        L = self.units.length
-        held = sorted((i, tuple(place * L)) for i, support, place in self._places() if all(support.held_displacement))
-        for (i, a), (j, b) in pairwise(held):
-            long, apart = float(self.nodes[j] - self.nodes[i]) * L, float(np.linalg.norm(np.subtract(b, a)))
-            if apart > long * (1.0 - TAUT):
-                return (
-                    f"motion: the rod does not stretch, and from s = {self.nodes[i] * L:g} m to s = {self.nodes[j] * L:g} m, "
-                    f"{long:.10g} m, it is taut between supports {apart:.10g} m apart; move them nearer or set stretch=True."
-                )
-        return (
-            "motion: the rod does not stretch, but from this initial shape its segments can't come to their lengths between the "
-            "supports; begin with a shape that has the rod's length between them, or set stretch=True."
-        )
 
     def _velocities(self, state: State) -> Array:
         N, L, unit = self.segments, self.units.length, self.units.length / self.units.time

@@ -126,6 +126,7 @@ LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
 STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
 LARGEST_SHARE = 0.5  # of B dk in the correction (4), which is left out where dk all but vanishes and c is huge
 RENEWED, KEPT = 0.0, 1.0  # the correction (4) in an iteration
+NEARLY = 1e-4  # rad; changes from which on it is kept where they do not shrink soon
 PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2
 
 MOST_TURNS = 30  # of a ghost, until it stands in equilibrium
@@ -452,8 +453,7 @@ def drag_on(
     v: Vector, fluid: Vector, t: Vector, half: float, drag: Array, k: int, rate: float, o: int, hessian: bool,
     residual: Array, lower: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """Drag on half an edge, with w = v - fluid split along and across t, its numbers from k on; returns the power lost, and
-    the fluid's.
+    """Drag k on half an edge, with w = v - fluid split along and across t; returns the power lost, and the fluid's.
 
     f = half ((c0 + c2 |w_t|) w_t + (c1 + c3 |w_n|) w_n)
     """
@@ -1040,7 +1040,7 @@ def stage(
                 place(old, base, tau, V, row, body, step, now)
                 return iteration
             done = iteration  # the reactions to a tension that the last change made, for their work
-        if size <= FLOOR or iteration >= PATIENCE:
+        if size <= FLOOR or (iteration >= PATIENCE and size <= NEARLY):
             correction[correction.size - 1] = KEPT
         last = size
     return -1
