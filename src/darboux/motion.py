@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from darboux import checks, frames, profile
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
+from darboux.loads import Distributed, EndLoad
 from darboux.problem import Equilibrium, Ring
 from darboux.profile import Table
 from darboux.solution import EquilibriumSolution
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 
 SAMPLES = 257  # times at which functions of time are looked at before a run
 SAME = 1e-6  # relative to the length: a support and what moves it begin in one place
+ROUNDING = 2.0**-52  # of EI / L: the energy of strains that are rounding is its square
+SUMMED = 2.0**-36  # of a load's work over the length, which is summed up over the steps
 
 
 @description
@@ -351,20 +354,48 @@ class Motion:
             return 1.0 if value is None else float(value)
         return float(_at_time(self._name_of_factor(load), value, t, checks.number))
 
-    def fluid(self, t: float) -> Array:
-        """Return the velocity of the fluid at the time t: (3,) in m/s; all drags share one."""
-        for part in self.damping:
-            if isinstance(part, _Drag):
-                if not callable(part.fluid):
-                    return np.array(part.fluid)
-                return _vector_at("drag.fluid", part.fluid, t, "m/s")
-        return np.zeros(3)
+    @property
+    def drags(self) -> tuple[LinearDrag | QuadraticDrag, ...]:
+        """The drags among the dampings, each in a fluid of its own."""
+        return tuple(part for part in self.damping if isinstance(part, LinearDrag | QuadraticDrag))
+
+    def fluids(self, t: float) -> Array:
+        """Return the velocities of the fluids of the ``drags`` at the time t: (n, 3) in m/s."""
+        named = [(f"motion.damping[{i}].fluid", part) for i, part in enumerate(self.damping) if part in self.drags]
+        return np.array(
+            [_vector_at(name, part.fluid, t, "m/s") if callable(part.fluid) else part.fluid for name, part in named]
+        ).reshape(-1, 3)
+
+    @property
+    def least_energy(self) -> float:
+        """The energy in J below which a motion is rounding: 2^-52 EI / L + 2^-36 F L, of all loads F at their largest factors."""
+        rod, L = self.problem.rod, self.problem.rod.length
+        s = np.linspace(0.0, L, 33)
+        stiffness = rod.stiffness(s)
+        loads = 0.0
+        for i, load in enumerate(self.problem.loads):
+            own, point, factor = Distributed.zero(len(s)), EndLoad(), i if len(self.factors) > 1 else 0
+            load.add_distributed(own, s, rod)
+            for at in ("start", "end"):
+                load.add_end(at, point)
+            if load.station is not None:
+                load.add_point(point)
+            size = [np.linalg.norm(part, axis=1).mean() * L for part in (own.a * L, own.b * L, own.la, own.lb)]
+            size += [np.linalg.norm(own.C, axis=(1, 2)).mean() * L**3]
+            size += [np.linalg.norm(part) * L for part in (point.force, point.section_force)]
+            size += [np.linalg.norm(part) for part in (point.moment, point.section_moment, point.eccentric)]
+            loads += float(np.sum(size)) * max(abs(self.factor(float(t), factor)) for t in self._samples())
+        return ROUNDING * float(np.mean(stiffness.EI1 + stiffness.EI2)) / L + SUMMED * loads
+
+    def _samples(self) -> Array:
+        """Return times at which functions of time are looked at."""
+        return np.linspace(0.0, self.duration, 1 if self.steady else SAMPLES)
 
     @property
     def steady(self) -> bool:
-        """True where neither supports nor loads nor the fluid change in time."""
+        """True where neither supports nor loads nor fluids change in time."""
         moving = self.start is not None or self.end is not None or any(map(callable, self.factors))
-        return not moving and not any(isinstance(part, _Drag) and callable(part.fluid) for part in self.damping)
+        return not moving and not any(callable(drag.fluid) for drag in self.drags)
 
     @property
     def events(self) -> tuple[float, ...]:

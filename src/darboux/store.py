@@ -395,7 +395,7 @@ def _trajectory(arrays: dict[str, Array], texts: dict[str, str]) -> Trajectory:
         _status(record),
         s=arrays["s"],
         times=arrays["time"],
-        energy=MotionEnergy(**{name: arrays[name] for name in ENERGIES}),
+        energy=MotionEnergy(**{name: arrays[name] for name in ENERGIES}, least=stated.motion.least_energy),
         statistics=record["statistics"],
         **parts,
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from darboux import checks, mistakes
 from darboux.errors import InvalidInput, NotConverged
-from darboux.motion import Motion
+from darboux.motion import SUMMED, Motion
 from darboux.problem import Ring
 from darboux.solution import Status
 from darboux.supports import Support
@@ -32,7 +32,7 @@ class MotionEnergy:
     ``kinetic``, with the spin's; elastic ``bending``, ``twist``, ``stretch``; ``supports`` of those that are springs; ``load`` the
     potential of the loads as they are at that time, from the origin that ``Energy`` declares; ``dissipated`` by damping since the
     start; ``work`` since the start of moving supports and of those that let go, of loads that change in time, of couples, of
-    followers and of the fluid.
+    followers and of the fluid. ``least`` is a number in J: what is less comes from rounding, see ``Motion.least_energy``.
     """
 
     kinetic: Array
@@ -43,6 +43,7 @@ class MotionEnergy:
     load: Array
     dissipated: Array
     work: Array
+    least: float = 0.0
 
     @property
     def elastic(self) -> Array:
@@ -67,9 +68,13 @@ class MotionEnergy:
 
     @property
     def drift(self) -> float:
-        """The largest change of the balance, over the largest change or amount of energy in the motion."""
+        """The largest change of the balance, over the largest change or amount of energy in the motion, ``least`` at least.
+
+        Of a load that varies in time only potential less work counts: that does not depend on the origin.
+        """
         amount = float(np.max(self.kinetic + self.elastic + self.supports))
-        size = max(amount, float(np.ptp(self.load)), float(np.ptp(self.dissipated)))
+        changes = (float(np.ptp(part)) for part in (self.load - self.work, self.dissipated))
+        size = max(amount, *changes, self.least, SUMMED * float(np.max(np.abs(self.load))))
         return float(np.max(np.abs(self.balance - self.balance[0]))) / size if size > 0.0 else 0.0
 
 

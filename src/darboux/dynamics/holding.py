@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix, identity
+from scipy.sparse.linalg import splu
 
 from darboux.dynamics.acting import FREE, HELD, TURNING, six
 from darboux.kernels.rod_motion import Holds
@@ -14,6 +16,10 @@ from darboux.statics.coefficients import Scale
 from darboux.supports import Free, Support
 
 Array = NDArray[np.float64]
+
+MOST_CHANGES = 50  # of Newton's method, by which a polygon is fitted
+SHORTEST_PART = 2.0**-10  # of one of them
+APART = 1e-14  # of constraints that all but say the same
 
 
 class Ghosts(NamedTuple):
@@ -85,3 +91,40 @@ def ghosts(supports: list[tuple[int, Support]], scale: Scale) -> Ghosts:
             if support.rotational is not None:
                 stiffness[end] = six(np.array(support.rotational)[None] / scale.moment)[0]
     return Ghosts(count, axes.ravel(), frame.ravel(), stiffness.ravel())
+
+
+def fitted(x: Array, l: Array, held: list[tuple[int, Array, float]], closed: bool) -> Array:
+    """Return vertices near x (N + 1, 3) whose edges have the lengths l (N,), as near to that as they can.
+
+        J J^T p = c,   x -> x - J^T p,     c = (|e_j| - l_j, axis.x_i - level)
+
+    Newton's method, each change the smallest that meets the constraints c to first order, or the largest part of it by which
+    they become less. ``held`` are vertex, axis (3,) and level of what supports hold; the last vertex of a ``closed`` polygon is
+    its first.
+    """
+    N, n = len(l), len(x) - int(closed)
+    tail, head = np.arange(N), np.arange(1, N + 1) % n
+    at = np.array([i % n for i, _, _ in held], dtype=int)
+    axes, levels = np.array([a for _, a, _ in held]).reshape(-1, 3), np.array([level for *_, level in held])
+    rows = np.repeat(np.concatenate([tail, tail, N + np.arange(len(at))]), 3)
+    columns = (3 * np.concatenate([tail, head, at])[:, None] + np.arange(3)).ravel()
+
+    def short(y: Array) -> Array:
+        size = np.linalg.norm(y[head] - y[tail], axis=1)
+        return np.concatenate([size - l, np.sum(axes * y[at], axis=1) - levels])
+
+    y = x[:n].copy()
+    c = short(y)
+    for _ in range(MOST_CHANGES):
+        e = y[head] - y[tail]
+        t = e / np.linalg.norm(e, axis=1)[:, None]
+        J = csr_matrix((np.concatenate([-t, t, axes]).ravel(), (rows, columns)), (N + len(at), 3 * n))
+        change = (J.T @ splu((J @ J.T + APART * identity(N + len(at))).tocsc()).solve(c)).reshape(-1, 3)
+        part = 1.0
+        while part > SHORTEST_PART and not np.linalg.norm(short(y - part * change)) < np.linalg.norm(c):
+            part *= 0.5
+        if part <= SHORTEST_PART:
+            break
+        y = y - part * change
+        c = short(y)
+    return np.concatenate([y, y[: int(closed)]])

@@ -29,7 +29,7 @@ SAME = 1e-9  # of the duration: two times are one
 RECORDS, MOST_RECORDS = 200, 1_000_000
 MOST_IN_MEMORY = 2e9  # bytes of records; a file takes more
 RECORDED = ("positions", "velocities", "directors", "spins", "momentum", "angular_momentum")
-ENERGIES = tuple(field.name for field in dataclasses.fields(MotionEnergy))
+ENERGIES = tuple(field.name for field in dataclasses.fields(MotionEnergy) if field.name != "least")
 BLOCK = 64  # records that are copied at a time
 SLOW = 2.0  # s of wall time after which a progress bar appears on a terminal
 
@@ -239,7 +239,7 @@ class _Recorder:
         """Return what was recorded, with the status that the energy allows."""
         n, statistics = self.n, self._statistics(seconds)
         arrays = self.arrays if self.stream is None else self.stream.energies()
-        energy = MotionEnergy(**{name: arrays[name][:n] for name in ENERGIES})
+        energy = MotionEnergy(**{name: arrays[name][:n] for name in ENERGIES}, least=self.system.motion.least_energy)
         if status.converged and not energy.drift <= drift:
             status = Status(
                 "drift",

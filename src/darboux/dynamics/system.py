@@ -19,7 +19,7 @@ from darboux.kernels.ring import CORNER, LANES
 from darboux.kernels.rod_equations import BINV, K0, SINV
 from darboux.kernels.rod_motion import FACTORS, Body, Space, Turning
 from darboux.loads import Load, Rotation
-from darboux.motion import KelvinVoigt, LinearDrag, MassDamping, Motion, QuadraticDrag
+from darboux.motion import KelvinVoigt, LinearDrag, MassDamping, Motion
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution
@@ -30,10 +30,13 @@ from darboux.statics.discrete_ends import End
 from darboux.statics.first_shape import circle
 from darboux.statics.laying import laid
 from darboux.statics.solve import solve
+from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
 EXACT = 1e-9  # relative: an inextensible segment's length
+ROUNDING = 1e-15  # of the length: what an edge may be off its own that is not fitted
+NEAR = 0.1  # of the length: a shape further than this off its supports is not fitted between them
 GAP = 1e-6  # of the length, by which a shape may miss a support
 FOLDED = 1e-9 - 1.0  # the cosine of a turn that has no plane
 SETTLED = 1e-11  # rad, to which that equilibrium is found
@@ -132,16 +135,17 @@ class System:
     def _brake(self) -> None:
         units = self.units
         force = self.scale.force / units.length  # per length
-        self.slowness, self.times, self.drag = 0.0, np.zeros(3), np.zeros(4)
+        self.slowness, self.times = 0.0, np.zeros(3)
         for part in self.motion.damping:
             if isinstance(part, MassDamping):
                 self.slowness += part.rate * units.time
             elif isinstance(part, KelvinVoigt):
                 self.times += np.array([part.bending, part.twist, part.stretch]) / units.time
-            elif isinstance(part, LinearDrag):
-                self.drag[:2] += np.array([part.along, part.across]) * (units.length / units.time) / force
-            elif isinstance(part, QuadraticDrag):
-                self.drag[2:] += np.array([part.along, part.across]) * (units.length / units.time) ** 2 / force
+        drag = np.zeros((len(self.motion.drags), 2, 2))
+        for own, part in zip(drag, self.motion.drags, strict=True):
+            power = 1 if isinstance(part, LinearDrag) else 2
+            own[power - 1] = np.array([part.along, part.across]) * (units.length / units.time) ** power / force
+        self.drag = drag.ravel()
 
     def body_at(self, t: float) -> Body:
         """Return what holds just after the time t in s: a released end is free."""
@@ -241,10 +245,43 @@ class System:
         x: Array = np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
         first, last = (r - x)[[0, -1]]
         if self.ring is not None or (self.motion.problem.start.holds and not self.motion.problem.end.holds):
-            return np.asarray(x + first)
-        if not self.motion.problem.start.holds:
-            return np.asarray(x + last)
-        return np.asarray(x + first + (last - first) * self.nodes[:, None])
+            x = x + first
+        elif not self.motion.problem.start.holds:
+            x = x + last
+        else:
+            x = x + first + (last - first) * self.nodes[:, None]
+        return self._between_supports(x) if self.inextensible else x
+
+    def _between_supports(self, x: Array) -> Array:
+        """Return vertices (N + 1, 3) near those given, of edges of their proper lengths, where the supports hold them."""
+        held = [
+            (i, axis, float(axis @ place))
+            for i, support, place in self._places()
+            for axis in support.displacement_axes.T[list(support.held_displacement)]
+        ]
+        gaps = [abs(axis @ x[i] - level) for i, axis, level in held]
+        lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
+        if max(gaps, default=0.0) > NEAR or np.max(np.abs(lengths - self.l)) < ROUNDING > max(gaps, default=0.0):
+            return x  # `_check_place` says how far off it is
+        x = holding.fitted(x, self.l, held, self.ring is not None)
+        lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
+        if np.max(np.abs(lengths / self.l - 1.0)) > EXACT:
+            raise InvalidInput(
+                "motion: the rod does not stretch, but from this initial shape its segments can't come to their lengths between "
+                "the supports; begin with a shape that has the rod's length between them, or set rod.stretch."
+            )
+        return x
+
+    def _places(self) -> list[tuple[int, Support, Array]]:
+        """Return what holds the rod at the start: vertex, support, and the place (3,) of its displacements, dimensionless."""
+        held = self.motion.held("start", 0.0), self.motion.held("end", 0.0)
+        supports = holding.supports_at(self.motion.problem, held, self.nodes)
+        ends = [self.motion.position(at, 0.0) for at in ENDS]
+        places = [*ends, *(np.array(support.position) for _, support in supports[2:])]
+        return [
+            (i, support, (place - self.units.origin) / self.units.length)
+            for (i, support), place in zip(supports, places, strict=True)
+        ]
 
     def _settled(self, solution: EquilibriumSolution) -> State:
         """Return the discrete equilibrium beside a solution: a stage that lasts for ever; of a ring some long ones."""
@@ -343,18 +380,10 @@ class System:
 
     def _check_place(self, state: State) -> None:
         x, t = state.x.reshape(-1, 3), state.t.reshape(-1, 3)
-        lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
-        if self.inextensible and np.max(np.abs(lengths / self.body.rod.l - 1.0)) > EXACT:
-            raise InvalidInput(
-                "motion: the rod does not stretch and is held at both ends, but its segments can't have their lengths between "
-                "them in this initial shape; set rod.stretch."
-            )
-        held = self.motion.held("start", 0.0), self.motion.held("end", 0.0)
-        for k, (i, support) in enumerate(holding.supports_at(self.motion.problem, held, self.nodes)):
+        for k, (i, support, place) in enumerate(self._places()):
             where = f"s = {self.nodes[i] * self.units.length:g} m" if k > 1 else f"its {ENDS[k]}"
-            place = self.motion.position(ENDS[k], 0.0) if k < 2 else np.array(support.position)
             axes = support.displacement_axes[:, list(support.held_displacement)]
-            gap = float(np.linalg.norm(axes.T @ (x[i] - (place - self.units.origin) / self.units.length)))
+            gap = float(np.linalg.norm(axes.T @ (x[i] - place)))
             edge, ghost = ((1, 0), (-2, -1))[min(k, 1)]
             away = k < 2 and holding.kind_of(support) == HELD and t[edge] @ t[ghost] < 0.0
             if gap > GAP or away:
@@ -413,12 +442,13 @@ class System:
         return np.asarray(change / (after - before) * self.units.time / self.units.length)
 
     def drive(self, times: Any, h: float) -> Array:
-        """Return one row for each time in s, (n, ROW): loads, fluid and supports there; h in s scales differences."""
-        rows = np.zeros((len(times), FACTORS + len(self.groups)))
+        """Return one row for each time in s, (n, ROW): loads, fluids and supports there; h in s scales differences."""
+        fluids = FACTORS + len(self.groups)
+        rows = np.zeros((len(times), fluids + 3 * len(self.motion.drags)))
         motion, units = self.motion, self.units
         for row, t in zip(rows, times, strict=True):
-            row[FACTORS:] = self.factors_at(t)[FACTORS:]
-            row[rod_motion.FLUID : rod_motion.FLUID + 3] = motion.fluid(t) * units.time / units.length
+            row[FACTORS:fluids] = self.factors_at(t)[FACTORS:]
+            row[fluids:] = motion.fluids(t).ravel() * units.time / units.length
             for end, at in enumerate(ENDS):
                 R, o = motion.frame(at, t), 3 * end
                 row[rod_motion.POSITION + o :][:3] = (motion.position(at, t) - units.origin) / units.length
@@ -546,12 +576,14 @@ def new_space(N: int, closed: bool = False) -> Space:
     n = 4 * N + 3
     work, lower = np.zeros(discrete_rod.WORK + 6), np.zeros(LOWER * n)
     base, step, residual = np.zeros(n), np.zeros(n), np.zeros(n)
-    strains, tensions, reaction, power = np.zeros(3 * N + 3), np.zeros(N), np.zeros(12), np.zeros(2)
+    strains, correction = np.zeros(3 * N + 3), np.zeros(3 * N + 4)
+    tensions, reaction, power = np.zeros(N), np.zeros(12), np.zeros(2)
     ghost = np.zeros(rod_motion.GHOST)
     border, corner = (np.zeros(size if closed else 0) for size in (LANES * n, CORNER))
     return Space(
-        base, step, residual, lower, work, new_state(N), strains, tensions, reaction, power, ghost, border, corner
-    )
+        base, step, residual, lower, work, new_state(N), strains, correction, tensions, reaction, power, ghost, border,
+        corner,
+    )  # fmt: skip
 
 
 def _transported(R: Array, t: Array) -> Array:

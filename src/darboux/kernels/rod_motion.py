@@ -28,7 +28,7 @@ edge turns, and angular momentum is exactly kept (J. C. Simo, N. Tarnow, Z. ange
 moments mu, at the midpoint, are corrected along the change of its strains dk = grad kappa . h V, so that they too work what
 its energy changes by (O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449, in the strains, which rotations leave alone):
 
-    mu -> mu + (E_1 - E_0 - mu.dk) / (dk.B dk) B dk                                                                 (4)
+    mu -> mu + c B dk,     c = (E_1 - E_0 - mu.dk) / (dk.B dk)                                                      (4)
 
 An inextensible rod has a multiplier T in the place of (2), with eps_1 = 0 (in other stages eps = 0), by an augmented
 Lagrangian.
@@ -116,10 +116,11 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Places = NDArray[np.int64]
 
-# One row of a drive: what supports, loads and fluid do at one stage. Two numbers of three stand for the two ends.
-FLUID, POSITION, VELOCITY, TANGENT, DIRECTOR, SPIN = 0, 3, 9, 15, 21, 27
-# And, for the midpoint rule, how the supports move at the end of the step; then one factor for each group of loads.
-NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, FACTORS = 33, 39, 45, 51
+# One row of a drive: what supports, loads and fluids do at one stage. Two numbers of three stand for the two ends.
+POSITION, VELOCITY, TANGENT, DIRECTOR, SPIN = 0, 6, 12, 18, 24
+# And, for the midpoint rule, how the supports move at the end of the step; then one factor for each group of loads, and three
+# numbers for the velocity of the fluid of each drag.
+NEXT_VELOCITY, NEXT_TANGENT, NEXT_DIRECTOR, FACTORS = 30, 36, 42, 48
 
 DISSIPATED, OF_LOADS, OF_SUPPORTS = 0, 1, 2  # the tally of energy
 
@@ -130,6 +131,8 @@ SLOWEST = 0.9  # of the change before: with a tangent that leaves parts out, cha
 LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
 STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
 LARGEST_SHARE = 0.5  # of B dk in the correction (4), which is left out where dk all but vanishes and c is huge
+RENEWED, KEPT = 0.0, 1.0  # the correction (4) in an iteration
+NEARLY = 1e-4  # rad; changes from which on it is kept where they do not shrink soon
 PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2
 
 MOST_TURNS = 30  # of a ghost, until it stands in equilibrium
@@ -195,7 +198,7 @@ class Body(NamedTuple):
     slowness: float  # damping proportional to mass, 1 / time
     viscous: Array  # (6 (N + 1)) viscous bending and twist of the springs, like rod.B
     viscous_stretch: Array  # (N) viscous stretching of the edges, like rod.EA
-    drag: Array  # (4) linear drag along and across the tangent, quadratic drag along and across, per length
+    drag: Array  # (4 D) of each: linear drag along and across the tangent, quadratic drag along and across, per length
     fixed: Flags  # (4 N + 3) unknowns that a support holds
     inextensible: bool
     closing: (
@@ -213,6 +216,7 @@ class Space(NamedTuple):
     work: Array  # of a spring
     later: State  # at the end of a midpoint step
     before: Array  # (3 (N + 1)) strains at the start of a midpoint step
+    correction: Array  # (3 (N + 1) + 1) moments of the correction (4), and whether they are RENEWED or KEPT
     expected: Array  # (N) tension of the edges by which Newton's matrix is made: what the last iteration expects
     reaction: Array  # (12) force and moment of the support at the start, then at the end
     power: Array  # (2) dissipated, of the loads
@@ -299,23 +303,22 @@ def rate_of_strain(work: Array, o: int, da: Vector, wa: float, db: Vector, wb: f
 
 @inline
 def exact_in_energy(B: Array, o: int, mu: Vector, rest: Vector, before: Vector, after: Vector, dk: Vector) -> Vector:
-    """mu + c B dk, whose work on dk = grad kappa . h V is exactly what the energy of the spring changes by: eq. (4)."""
+    """c B dk, with which the work of mu on dk = grad kappa . h V is exactly what the energy of the spring changes by: eq. (4)."""
     mean = minus(mix(0.5, before, 0.5, after), rest)
     Bdk, Bmean = symmetric_times(B, o, dk), symmetric_times(B, o, mean)
     size = dot(dk, Bdk)
     if size <= STILL * dot(mean, Bmean):
-        return mu
+        return 0.0, 0.0, 0.0
     c = (dot(Bmean, minus(after, before)) - dot(mu, dk)) / size
-    c /= 1.0 + (c / LARGEST_SHARE) ** 4
-    exact: Vector = mix(1.0, mu, c, Bdk)
-    return exact
+    correction: Vector = scaled(c / (1.0 + (c / LARGEST_SHARE) ** 4), Bdk)
+    return correction
 
 
 @inline
 def spring(
     x: Array, t: Array, d1: Array, m: Array, before: Array, later_t: Array, later_d: Array, ends: bool, V: Array,
     rate: float, B: Array, kappa0: Array, viscous: Array, row: Array, i: int, hessian: bool, residual: Array,
-    lower: Array, work: Array, stiffness: Array, reaction: Array,
+    lower: Array, work: Array, stiffness: Array, reaction: Array, correction: Array,
 ) -> float:  # fmt: skip
     """Bending and twist of vertex i, elastic and viscous; returns the power they dissipate."""
     edges = x.size // 3 - 1
@@ -334,8 +337,10 @@ def spring(
     resisting = symmetric_times(viscous, o, rates)
     mu = symmetric_times(B, o, minus(k, rest))
     if ends:
-        after = strain(later_t, later_d, m, i)
-        mu = exact_in_energy(B, o, mu, rest, vector(before, 3 * i), after, scaled(2.0 / rate, rates))
+        if correction[correction.size - 1] == RENEWED:
+            after, dk = strain(later_t, later_d, m, i), scaled(2.0 / rate, rates)
+            store(correction, 3 * i, exact_in_energy(B, o, mu, rest, vector(before, 3 * i), after, dk))
+        mu = plus(mu, vector(correction, 3 * i))
     mu = plus(mu, resisting)
     spring_gradient(work, mu)
     if i == 0:
@@ -370,7 +375,7 @@ def add_loads(
 ) -> float:
     """Minus the force, sum of lambda (f + C x), on vertex i; returns its power."""
     force = (0.0, 0.0, 0.0)
-    for g in range(row.size - FACTORS):
+    for g in range(f.size // x.size):
         o, factor = 6 * i + g * 2 * x.size, row[FACTORS + g]
         part = plus(vector(f, 3 * i + g * x.size), symmetric_times(C, o, vector(x, 3 * i)))
         force = mix(1.0, force, factor, part)
@@ -385,7 +390,7 @@ def add_loads(
 def sum_of(groups: Array, o: int, size: int, row: Array) -> Vector:
     """sum_g lambda_g of three numbers at o, where a group has `size` of them."""
     total = (0.0, 0.0, 0.0)
-    for g in range(row.size - FACTORS):
+    for g in range(groups.size // size):
         total = mix(1.0, total, row[FACTORS + g], vector(groups, o + g * size))
     return total
 
@@ -587,10 +592,10 @@ def add_coriolis(V: Array, mass: Array, spin: Vector, residual: Array) -> None:
 
 @inline
 def drag_on(
-    v: Vector, fluid: Vector, t: Vector, half: float, drag: Array, rate: float, o: int, hessian: bool, residual: Array,
-    lower: Array,
+    v: Vector, fluid: Vector, t: Vector, half: float, drag: Array, k: int, rate: float, o: int, hessian: bool,
+    residual: Array, lower: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """Drag on half an edge, with w = v - fluid split along and across t; returns the power lost, and the fluid's.
+    """Drag k on half an edge, with w = v - fluid split along and across t; returns the power lost, and the fluid's.
 
     f = half ((c0 + c2 |w_t|) w_t + (c1 + c3 |w_n|) w_n)
     """
@@ -598,15 +603,15 @@ def drag_on(
     along = dot(w, t)
     normal = mix(1.0, w, -along, t)
     size = math.sqrt(dot(normal, normal))
-    c_t = half * (drag[ALONG] + drag[2 + ALONG] * abs(along))
-    c_n = half * (drag[ACROSS] + drag[2 + ACROSS] * size)
+    c_t = half * (drag[k + ALONG] + drag[k + 2 + ALONG] * abs(along))
+    c_n = half * (drag[k + ACROSS] + drag[k + 2 + ACROSS] * size)
     force = mix(c_t * along, t, c_n, normal)
     add(residual, o, force)
     if hessian:
-        c_t += half * drag[2 + ALONG] * abs(along)
+        c_t += half * drag[k + 2 + ALONG] * abs(along)
         add_symmetric(lower, o, rate * c_n, t, rate * (c_t - c_n))
         if size > 0.0:
-            add_symmetric(lower, o, 0.0, scaled(1.0 / size, normal), rate * half * drag[2 + ACROSS] * size)
+            add_symmetric(lower, o, 0.0, scaled(1.0 / size, normal), rate * half * drag[k + 2 + ACROSS] * size)
     return dot(force, w), -dot(force, fluid)
 
 
@@ -871,7 +876,7 @@ def forces(
     old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
 ) -> None:
     """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
-    _, _, residual, lower, work, later, before, expected, reaction, power, ghost, _, _ = space
+    _, _, residual, lower, work, later, before, correction, expected, reaction, power, ghost, _, _ = space
     (
         rod,
         loads,
@@ -900,8 +905,8 @@ def forces(
     if hessian:
         lower[:] = 0.0
     stiffness = work[WORK:]
-    fluid, spin = vector(row, FLUID), vector(frame_spin, 0)
-    dragged = l.size - closing.size // 2 if drag[0] + drag[1] + drag[2] + drag[3] > 0.0 else 0
+    spin = vector(frame_spin, 0)
+    fluids, dragged = row.size - 3 * (drag.size // 4), l.size - closing.size // 2
     lost = of_loads = 0.0
     for i in range(l.size + 1):
         if i > 0:
@@ -912,10 +917,12 @@ def forces(
             tangent, couple = vector(t, 3 * i), sum_of(couples, 3 * i - 3, 3 * l.size, row)
             if dot(couple, couple) > 0.0:
                 of_loads += add_couple(x, V, tangent, i, couple, residual)
-            if i <= dragged:
+            for k in range(drag.size // 4 if i <= dragged else 0):
+                fluid, half = vector(row, fluids + 3 * k), 0.5 * l[i - 1]
                 for o in (4 * i - 4, 4 * i):
-                    half = 0.5 * l[i - 1]
-                    taken, given = drag_on(vector(V, o), fluid, tangent, half, drag, rate, o, hessian, residual, lower)
+                    taken, given = drag_on(
+                        vector(V, o), fluid, tangent, half, drag, 4 * k, rate, o, hessian, residual, lower
+                    )
                     lost += taken
                     of_loads += given
         if (i == 0 and turning.free[0] > 0) or (i == l.size and turning.free[1] > 0):
@@ -923,7 +930,7 @@ def forces(
         elif first <= i < stop:
             lost += spring(
                 x, t, d1, m, before, later_t, later_d, ends, V, rate, B, kappa0, viscous, row, i, hessian, residual,
-                lower, work, stiffness, reaction,
+                lower, work, stiffness, reaction, correction,
             )  # fmt: skip
         of_loads += add_loads(x, V, f, C, row, i, hessian, residual, lower)
     of_loads += add_carried(now, V, carried, row, hessian, residual, lower)
@@ -1132,26 +1139,37 @@ def stage(
 ) -> int:  # fmt: skip
     """Solve eq. (1) from a guess of V, which it replaces; `now` is where the rod then is. Return the iterations, or -1.
 
-    `tolerance` bounds Newton's last change, as a turn in rad; what is left is its square or a small part of it.
+    `tolerance` bounds Newton's last change, as a turn in rad; what is left is its square or a small part of it. Newton's
+    matrix leaves out how the correction (4) changes, which does not vanish where a spring is almost still (c B dk ~ 1 / dk): once
+    changes are small the correction is kept. The work that it lacks then is of their size times its own.
     """
-    base, step, residual, lower, _, later, before, expected, reaction, _, _, border, corner = space
+    base, step, residual, lower, _, later, before, correction, expected, reaction, _, _, border, corner = space
     rate, n = 1.0 / tau, V.size
-    last = np.inf
+    last, done = np.inf, 0
+    correction[correction.size - 1] = RENEWED
+    moved = body.inextensible
+    for k in range(6):
+        if row[VELOCITY + k] != 0.0 or row[SPIN + k] != 0.0:
+            moved = True
     if ends:
         strains(old, body.rod.first, body.rod.stop, before)
     if body.inextensible:
         body.rod.EA[:] = PENALTY * rate * rate
-    for iteration in range(1, MOST_ITERATIONS + 1):
+    for iteration in range(1, MOST_ITERATIONS + 2):
         place(old, base, tau, V, row, body, step, now)
         if ends:
             for p in range(now.x.size):
                 later.x[p] = 2.0 * now.x[p] - old.x[p]
             turn_frames(now, step, later)
             set_ghosts(row, NEXT_TANGENT, NEXT_DIRECTOR, body.turning, later)
-        forces(old, now, V, rate, body, row, ends, True, space)
+        forces(old, now, V, rate, body, row, ends, done == 0, space)
         add_inertia(old, now, V, start, rate, body, ends, residual, lower)
         for p in range(3):
             reaction[p], reaction[6 + p] = residual[p], residual[n - 3 + p]
+        if done > 0:
+            return done
+        if iteration > MOST_ITERATIONS:
+            return -1
         band.fix(lower, residual, body.fixed)
         project(body.holds, lower, residual)
         for k in range(n):
@@ -1164,8 +1182,12 @@ def stage(
         renew_tension(now, residual, rate, body, ends, expected)
         to_velocity(old, now, rate, residual, V)
         if iteration > 1 and (size <= tolerance or (size <= FLOOR and size > SLOWEST * last)):
-            place(old, base, tau, V, row, body, step, now)
-            return iteration
+            if not moved:
+                place(old, base, tau, V, row, body, step, now)
+                return iteration
+            done = iteration  # the reactions to a tension that the last change made, for their work
+        if size <= FLOOR or (iteration >= PATIENCE and size <= NEARLY):
+            correction[correction.size - 1] = KEPT
         last = size
     return -1
 
@@ -1372,7 +1394,7 @@ def measures(state: State, V: Array, body: Body, row: Array, result: Array) -> N
         result[0] += 0.5 * m * dot(v, v)
         add(result, 5, scaled(m, v))
         add(result, 8, scaled(m, cross(vector(x, 3 * i), v)))
-        for g in range(row.size - FACTORS):
+        for g in range(f.size // x.size):
             result[4] += row[FACTORS + g] * load_energy(x, f[g * x.size :], C[2 * g * x.size :], i)
         if i > 0:
             J, spin = body.mass[4 * i - 1], V[4 * i - 1]
