@@ -15,6 +15,7 @@ from darboux.loads import Distributed, EndLoad, Load
 from darboux.problem import Equilibrium, Ring
 from darboux.statics import coefficients
 from darboux.statics.coefficients import PAIRS, Scale
+from darboux.statics.discrete_chain import means, places_along
 
 Array = NDArray[np.float64]
 
@@ -52,7 +53,7 @@ def acting(
 
     ``ends`` says whose frame the section's is at both ends: FREE, HELD or TURNING. A ring's repeated edge bears nothing.
     """
-    G, N, L = len(groups), len(nodes) - 1, scale.length
+    G, N, L, places = len(groups), len(nodes) - 1, scale.length, places_along(problem)
     l = np.diff(nodes)
     cells = np.concatenate([[0.0], 0.5 * (nodes[:-1] + nodes[1:]), [1.0]])
     V = np.diff(cells)[:, None]
@@ -72,7 +73,7 @@ def acting(
             parts = a, total.C.reshape(-1, 9) * (L * L / scale.force), total.la / scale.force
             return np.concatenate([*parts, total.b * (L / scale.force), total.lb / scale.force], axis=1)
 
-        on_cells, on_edges = means(per_length, cells) * V, means(per_length, nodes) * l[:, None]
+        on_cells, on_edges = means(per_length, cells, places) * V, means(per_length, nodes, places) * l[:, None]
         f[g, : N + 1], couples[g, :N] = on_cells[:, :3], on_edges[:, 12:15]
         C[g, : N + 1] = six(on_cells[:, 3:12].reshape(-1, 3, 3))
         if np.any(on_edges[:, 15:]):
@@ -160,10 +161,3 @@ def symmetric(numbers: Array) -> Array:
 def six(matrix: Array) -> Array:
     """Return the six numbers (n, 6) of symmetric matrices (n, 3, 3)."""
     return np.stack([matrix[:, i, j] for i, j in PAIRS], axis=1)
-
-
-def means(function: Callable[[Array], Array], nodes: Array) -> Array:
-    """Return the mean of a function (n,) -> (n, k) on each interval, by Gauss' rule of two points."""
-    middle, half = 0.5 * (nodes[:-1] + nodes[1:]), 0.5 * np.diff(nodes)
-    offset = half / np.sqrt(3.0)
-    return np.asarray(0.5 * (function(middle - offset) + function(middle + offset)))

@@ -17,12 +17,11 @@ from darboux import checks
 from darboux.checks import assign, description
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
-from darboux.modes import Modes
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import discrete_fields, discrete_modes, hanging_chain, limits, load_path, pendulum
 from darboux.statics.discrete_branch import ChainBranch
-from darboux.statics.discrete_chain import Chain, nodes_along
+from darboux.statics.discrete_chain import Chain, nodes_along, nodes_wanted
 
 CLAMPS = ("half_cell", "two_vertices")
 LARGEST_LOAD = 3e8  # dimensionless
@@ -116,12 +115,12 @@ class DiscreteRod:
     def _solved(self, problem: Equilibrium, parts: int) -> EquilibriumSolution:
         """Return the equilibrium on the nodes, or on those with each segment in two parts (a ring's: in three)."""
         began = time.perf_counter()
-        stations = [s / problem.rod.length for s in problem.stations]
+        places = nodes_wanted(problem, self.segments)[0]
         held = problem.start.holds, problem.end.holds
         if isinstance(problem, Ring):
             nodes = (np.arange(parts * self.segments + 2) - 0.5) / (parts * self.segments)
         else:
-            nodes = nodes_along(self.segments, self.grading, *held, stations, parts - 1)
+            nodes = nodes_along(self.segments, self.grading, *held, places, parts - 1)
         chain = Chain(problem, nodes, self.clamp == "two_vertices")
         branch = ChainBranch(chain)
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
@@ -160,7 +159,9 @@ class DiscreteRod:
             discrete_fields.curve(chain, shape, path.load_factor, branch.gradient),
             load_factor=path.load_factor,
             index=path.index,
-            lowest_modes=partial(discrete_modes.modes, chain, shape, path.load_factor),
+            lowest_modes=partial(
+                discrete_modes.modes, chain, (partial(discrete_modes.found, chain, shape, path.load_factor),)
+            ),
             elastic_parts=discrete_fields.elastic_parts(chain, shape),
             statistics={
                 "seconds": time.perf_counter() - began,
@@ -175,10 +176,13 @@ class DiscreteRod:
         """Return Richardson's extrapolation at the coarse nodes, with what it changed in the fine answer as its error.
 
         y = y_fine + (y_fine - y_coarse) / (parts^p - 1),   p the order of each
+
+        Where a quantity jumps within a segment the error has no such law: the answer is the fine one, and its error that change.
         """
         if not fine.converged:
             return fine
-        gain = 1.0 / (parts ** (self.order - 1) - 1)
+        lawful = nodes_wanted(fine.problem, self.segments)[1] and not (parts == 3 and fine.problem.jumps)
+        gain = 1.0 / (parts ** (self.order - 1) - 1) if lawful else 0.0
         next_to = np.clip(np.searchsorted(coarse.curve.s, fine.curve.s), 1, len(coarse.curve.s) - 1)
         gaps = [np.abs(coarse.curve.s[next_to - i] - fine.curve.s) for i in (0, 1)]
         common = np.minimum(*gaps) < 1e-9 * coarse.curve.s[-1]
@@ -195,16 +199,12 @@ class DiscreteRod:
         energies = tuple(
             f + gain * (f - c) for c, f in zip(coarse.elastic_parts or (), fine.elastic_parts or (), strict=True)
         )
-        both = [x.lowest_modes for x in (coarse, fine) if x.lowest_modes is not None]
-
-        def lowest_modes(k: int) -> Modes:
-            a, b = (modes(k) for modes in both)
-            return discrete_modes.extrapolated(a, b, gain)
-
+        (_, first), (chain, second) = (x.lowest_modes.args for x in (coarse, fine))
+        lowest_modes = partial(discrete_modes.modes, chain, (*first, *second), gain=gain)
         answer = replace(
             fine, curve=Curve(coarse.curve.s, y[:, :13], y[:, 13:]), elastic_parts=energies, lowest_modes=lowest_modes
         )
-        change = np.abs(y - b)[[0, -1]]
-        tip = float(np.linalg.norm(answer.tip - fine.tip))
+        change = np.abs(y - b if lawful else b - a)[[0, -1]]
+        tip = float(np.linalg.norm(answer.tip - (fine if lawful else coarse).tip))
         error = ErrorEstimate(tip, float(np.max(change[:, 7:10])), float(np.max(change[:, 10:13])))
         return replace(answer, error=error)
