@@ -91,8 +91,7 @@ def natural_modes(problem: Any, count: int = 6, *, segments: int = 200, about: A
         raise InvalidInput(refusal)
     if count > segments:
         raise InvalidInput(f"natural_modes.count is {count}; {segments} segments have {segments} at most.")
-    turning = any(isinstance(load, Rotation) for load in problem.loads)
-    how = Motion(problem, 1.0, initial="equilibrium" if about is None and turning else about, **motion)
+    how = Motion(problem, 1.0, initial=about, **motion)
     if how.initial == "equilibrium":
         how = Motion(problem, 1.0, initial=solve(problem), **motion)
     places, lawful = nodes_wanted(problem, segments // 2)
@@ -126,8 +125,9 @@ class _Vibrations:
     def __init__(self, how: Motion, nodes: Array) -> None:
         self.how, problem = how, how.problem
         chain = Chain(problem, nodes, False)
-        chain.inextensible = not problem.rod.stretch
-        self.load_factor = 0.0 if how.initial == "unloaded" else 1.0
+        chain.inextensible, chain.cable = not problem.rod.stretch, None
+        self.spins = [np.array(load.omega) for load in problem.loads if isinstance(load, Rotation)]
+        self.load_factor = 0.0 if how.initial == "unloaded" and not self.spins else 1.0
         self.shape = self._start(chain)
         self.chain = chain.released([at for at in ENDS if not how.held(at, 0.0)])
         masses = discrete_modes.mass_along(chain)
@@ -143,9 +143,8 @@ class _Vibrations:
 
     def found(self, k: int) -> Found:
         """Return the k lowest modes."""
-        spins = [np.array(load.omega) for load in self.how.problem.loads if isinstance(load, Rotation)]
-        chain, whirls = self.chain, bool(spins) or (self.load_factor > 0.0 and not self.chain.symmetric)
-        D = discrete_modes.coriolis(self.inertia, spins[0] * self.time) if spins else 0.0 * self.inertia
+        chain, whirls = self.chain, bool(self.spins) or (self.load_factor > 0.0 and not self.chain.symmetric)
+        D = discrete_modes.coriolis(self.inertia, sum(self.spins, np.zeros(3)) * self.time)
         parts, packed = discrete_modes.parts_of(chain, self.shape, self.load_factor, self.inertia, D)
         values, vectors = vibrations.whirling(parts, k) if whirls else vibrations.lowest(parts, k)
         return discrete_modes.in_shapes(chain, values, packed @ vectors)
@@ -156,7 +155,10 @@ class _Vibrations:
         initial = self.how.initial
         if isinstance(initial, EquilibriumSolution):
             return self._beside(chain, initial)
-        return self._unloaded(chain) if initial == "unloaded" else self._along(chain, initial)
+        if initial != "unloaded":
+            return self._along(chain, initial)
+        shape = self._unloaded(chain)
+        return shape if self.load_factor == 0.0 else _settled(chain, shape) or self._beside(chain, solve(self.how.problem))
 
     def _unloaded(self, chain: Chain) -> Shape:
         """Return the natural shape, laid at the support that holds it; the others must be where it is."""
@@ -188,15 +190,12 @@ class _Vibrations:
         shape = _shaped(chain, r[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)]), R, twists)
         if chain.inextensible:
             shape.T[1:-1] = np.einsum("ni,ni->n", solution.n(middle * L), R[1:-1, :, 2]) / chain.scale.force
-        branch = ChainBranch(chain)
-        branch.came_from = 1.0
-        with np.errstate(all="ignore"):
-            found = branch.newton(chain.posed(shape, 1.0)._replace(unstable=1), 1.0, TOLERANCE)
+        found = _settled(chain, shape)
         if found is None:
             raise InvalidInput(
                 f"natural_modes finds no equilibrium of {chain.edges} segments next to about; take more segments."
             )
-        return found[0]
+        return found
 
     def _along(self, chain: Chain, curve: Any) -> Shape:
         """Return the shape r(s) that was given, with the frames that do not twist along it."""
@@ -217,6 +216,15 @@ class _Vibrations:
             e = np.diff(chain.nodes)[:, None] * t
             r = r[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
         return _shaped(chain, r, np.concatenate([ends[:1], R, ends[1:]]), np.zeros(len(r)))
+
+
+def _settled(chain: Chain, shape: Shape) -> Shape | None:
+    """Return the equilibrium next to a shape under all loads, be it stable or not."""
+    branch = ChainBranch(chain)
+    branch.came_from = 1.0
+    with np.errstate(all="ignore"):
+        found = branch.newton(chain.posed(shape, 1.0)._replace(unstable=1), 1.0, TOLERANCE)
+    return None if found is None else found[0]
 
 
 def _shaped(chain: Chain, x: Array, R: Array, twists: Array) -> Shape:

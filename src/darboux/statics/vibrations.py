@@ -41,12 +41,14 @@ Array = NDArray[Any]  # real, or complex where modes are
 LOW = 2.0**-60  # of a material's stiffness, what a band keeps that is to have none; a power of two, so that no force is rounded
 EXCLUDED = 1e-12  # L^2 / EI times the compliance of an inextensible edge
 PENALTY = 1e6  # and, where only signs are counted, its stiffness
+SOFT = 1e-9  # of the stiffest of some modes: those below it are found again without it
 NOISE = 50.0  # times the rounding in (2): a stiffness below this is 0
 EPS = float(np.finfo(float).eps)
 NEAR = 1e-4  # s in (3), over the rod's own frequency, sqrt(EI / m L^4)
 STILL = 1e-5  # |z| below this, over the same, is 0: two such roots that meet there are known to the root of rounding
 ROUNDED = 1e-8  # and a part of z below this, over |z|
 SAME = 0.5  # of a mode's square that lies among the modes of the coarser rod: below this it is none of them
+APART = 0.25  # values further apart than this, over the larger, are those of different modes
 MARGIN = 6  # modes more than were asked for: some change places with the segments
 
 
@@ -168,11 +170,22 @@ def _inverse(parts: Parts, G: Any) -> Callable[[Array], Array]:
 
 
 def _refined(parts: Parts, Z: Array) -> tuple[Array, Array]:
-    """Return the eigenvalues by (2) in the span of vectors (n, k), and these."""
-    strains = parts.L @ (parts.E @ Z)
-    K, M = Z.T @ (parts.G @ Z) + strains.T @ (parts.B @ strains), Z.T @ (parts.M @ Z)
-    values, turn = eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
-    Z = Z @ turn
+    """Return the eigenvalues by (2) in the span of vectors (n, k), and these; the soft ones among themselves once more.
+
+    For the stiffest among the modes rounds the others where they are mixed.
+    """
+    soft = np.ones(Z.shape[1], dtype=bool)
+    values = np.zeros(Z.shape[1])
+    while np.any(soft):
+        strains = parts.L @ (parts.E @ Z[:, soft])
+        K = Z[:, soft].T @ (parts.G @ Z[:, soft]) + strains.T @ (parts.B @ strains)
+        M = Z[:, soft].T @ (parts.M @ Z[:, soft])
+        values[soft], turn = eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
+        Z[:, soft] = Z[:, soft] @ turn
+        softer = soft & (np.abs(values) < SOFT * np.max(np.abs(values[soft])))
+        if np.array_equal(softer, soft):
+            break
+        soft = softer
     return np.where(np.abs(values) < _noise(parts, Z), 0.0, values), Z
 
 
@@ -208,6 +221,8 @@ def whirling(parts: Parts, k: int) -> tuple[Array, Array]:
     for part in (z.real, z.imag):
         part[np.abs(part) < STILL + ROUNDED * np.abs(z)] = 0.0
     once = np.flatnonzero((z.imag > 0.0) | ((z.imag == 0.0) & (z.real >= 0.0)))
+    still = once[z[once] == 0.0]  # a motion that nothing resists has the root 0 twice
+    once = np.setdiff1d(once, still[(len(still) + 1) // 2 :])
     return z[once], vectors[:n, once]
 
 
@@ -219,18 +234,20 @@ def extrapolated(coarse: Found, fine: Found, gain: float, of_pairs: bool) -> tup
 
         H = L_fine + gain (L_fine - P^T L_coarse P)
 
-    with L the values and P the coarse modes among the fine ones, by their overlaps with the mass, made orthogonal. So modes
-    that change places, and those of one value, whose shapes are any of their plane, are compared with their own. What is not
-    among the coarse modes stays what it is, as do the motions of no stiffness. Complex values are those of single modes.
+    with L the values and P the coarse modes among the fine ones, by their overlaps with the mass, made orthogonal; modes whose
+    values lie apart mix only where they have changed places. So these, and those of one value, whose shapes are any of their
+    plane, are compared with their own. What is not among the coarse modes stays what it is, as do the motions of no stiffness.
+    Complex values are those of single modes.
     """
-    near = _overlaps(coarse, fine)
+    near, apart = _overlaps(coarse, fine), _apart(coarse.values, fine.values)
     if of_pairs:
-        rows, columns = linear_sum_assignment(-np.abs(near) + _apart(coarse.values, fine.values))
+        rows, columns = linear_sum_assignment(apart - np.abs(near))
         values = fine.values.copy()
         for i, j in zip(rows, columns, strict=True):
             if np.abs(near[i, j]) ** 2 > SAME and fine.values[j] != 0.0:
                 values[j] += gain * (fine.values[j] - coarse.values[i])
         return values, fine.shapes
+    near[(apart > APART) & (near**2 < SAME)] = 0.0
     own = np.flatnonzero((np.sum(near**2, axis=0) > SAME) & (fine.values != 0.0))
     if len(own) == 0:
         return fine.values, fine.shapes
