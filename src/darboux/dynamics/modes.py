@@ -34,7 +34,6 @@ from darboux.statics import discrete_modes, limits, vibrations
 from darboux.statics.discrete import DiscreteRod
 from darboux.statics.discrete_branch import TOLERANCE, ChainBranch
 from darboux.statics.discrete_chain import Chain, Shape, means, nodes_along, nodes_wanted
-from darboux.statics.discrete_modes import in_hertz
 from darboux.statics.solve import solve
 from darboux.statics.vibrations import Found, Parts
 
@@ -75,9 +74,9 @@ def natural_modes(problem: Any, count: int = 6, *, segments: int = 200, about: A
     their exact derivative; what flutters has a growth.
 
     The squares of the frequencies are extrapolated, shape by shape, from half as many segments (those of a ring that does
-    not stretch: a third), which makes their error one of order 4 in 1 / segments; the shapes' is of order 2. So is that of all
-    where more quantities jump than nodes can lie at, or an odd number of segments has to meet places along the rod, and nothing
-    is extrapolated. Raises ``InvalidInput``.
+    not stretch: a third), which makes their error one of order 4 in 1 / segments, and of order 3 about a shape that loads along
+    the rod bend; the shapes' is of order 2. Nothing is extrapolated, and all is of order 2, where more quantities jump than nodes
+    can lie at, or where an odd number of segments has to meet places along the rod. Raises ``InvalidInput``.
     """
     if isinstance(problem, Rod):
         problem, motion = Equilibrium(problem), {**motion, "release": {"start": 0.0}}
@@ -95,18 +94,20 @@ def natural_modes(problem: Any, count: int = 6, *, segments: int = 200, about: A
     if how.initial == "equilibrium":
         how = Motion(problem, 1.0, initial=solve(problem), **motion)
     places, lawful = nodes_wanted(problem, segments // 2)
-    halved = segments % 2 == 0
-    coarse = nodes_along(segments // 2, 1.0, False, False, places)
-    fine = nodes_along(segments // 2, 1.0, False, False, places, 1) if halved else nodes_along(segments, 1.0, False, False, places)
-    gain = 1.0 / ((segments / (segments // 2)) ** 2 - 1.0)
+    halved = lawful and (segments % 2 == 0 or not places)
+    if not halved:
+        places = nodes_wanted(problem, segments)[0]
+    nested = halved and segments % 2 == 0  # each segment in two
+    nodes = nodes_along(segments // (1 + nested), 1.0, False, False, places, int(nested))
+    fine = _Vibrations(how, nodes)
     k = count + vibrations.MARGIN
-    vibrating = _Vibrations(how, fine)
-    found = vibrating.found(min(k, segments))
-    if lawful and (halved or not places):
-        half = _Vibrations(how, coarse).found(min(k, segments // 2))
+    found = fine.found(min(k, segments))
+    if halved:
+        half = _Vibrations(how, nodes_along(segments // 2, 1.0, False, False, places)).found(min(k, segments // 2))
+        gain = 1.0 / ((segments / (segments // 2)) ** 2 - 1.0)
         values, shapes = vibrations.extrapolated(half, found, gain, np.iscomplexobj(found.values))
         found = found._replace(values=values, shapes=shapes)
-    return _modes(found, vibrating.time, problem.rod.length, count)
+    return _modes(found, fine.time, problem.rod.length, count)
 
 
 def _refuses(problem: Equilibrium) -> str | None:
@@ -156,15 +157,19 @@ class _Vibrations:
         if isinstance(initial, EquilibriumSolution):
             return self._beside(chain, initial)
         if initial != "unloaded":
-            return self._along(chain, initial)
+            return _near(chain, self._along(chain, initial))
         shape = self._unloaded(chain)
-        return shape if self.load_factor == 0.0 else _settled(chain, shape) or self._beside(chain, solve(self.how.problem))
+        return (
+            shape if self.load_factor == 0.0 else _settled(chain, shape) or self._beside(chain, solve(self.how.problem))
+        )
 
     def _unloaded(self, chain: Chain) -> Shape:
         """Return the natural shape, laid at the support that holds it; the others must be where it is."""
         shape = chain.unloaded()
         chain.at(1.0)
-        ways = [(end.held_place(x) - x, end.held_frame(R) - R, end.support) for end, _, x, R in chain._ends(shape.state)]
+        ways = [
+            (end.held_place(x) - x, end.held_frame(R) - R, end.support) for end, _, x, R in chain._ends(shape.state)
+        ]
         x = shape.state.x.reshape(-1, 3)
         for i, conditions, _ in chain.between:
             A = conditions.support.displacement_axes[:, list(conditions.support.held_displacement)]
@@ -172,9 +177,10 @@ class _Vibrations:
         chain.at(0.0)
         for away, turned, support in ways:
             if np.linalg.norm(away) > GAP or np.max(np.abs(turned)) > GAP or support.twist != 0.0:
+                gap, name = np.linalg.norm(away) * chain.scale.length, type(support).__name__
                 raise InvalidInput(
-                    f"the unloaded rod begins {np.linalg.norm(away) * chain.scale.length:.3g} m off its {type(support).__name__}(), "
-                    "or turned away from it; name the shape about which it vibrates, as in about=solve(problem)."
+                    f"the unloaded rod begins {gap:.3g} m off its {name}(), or turned away from it; name the shape about which it "
+                    "vibrates, as in about=solve(problem)."
                 )
         return shape
 
@@ -190,15 +196,10 @@ class _Vibrations:
         shape = _shaped(chain, r[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)]), R, twists)
         if chain.inextensible:
             shape.T[1:-1] = np.einsum("ni,ni->n", solution.n(middle * L), R[1:-1, :, 2]) / chain.scale.force
-        found = _settled(chain, shape)
-        if found is None:
-            raise InvalidInput(
-                f"natural_modes finds no equilibrium of {chain.edges} segments next to about; take more segments."
-            )
-        return found
+        return _near(chain, shape)
 
     def _along(self, chain: Chain, curve: Any) -> Shape:
-        """Return the shape r(s) that was given, with the frames that do not twist along it."""
+        """Return a shape r(s), with the frames that do not twist along it."""
         L, start = chain.scale.length, self.how.problem.start
         r = (profile.evaluate("natural_modes.about", curve, chain.nodes * L, (3,)) - chain.scale.origin) / L
         e = np.diff(r, axis=0)
@@ -227,8 +228,19 @@ def _settled(chain: Chain, shape: Shape) -> Shape | None:
     return None if found is None else found[0]
 
 
+def _near(chain: Chain, shape: Shape) -> Shape:
+    """Return the equilibrium next to a shape, or say that there is none."""
+    found = _settled(chain, shape)
+    if found is None:
+        raise InvalidInput(
+            f"natural_modes finds no equilibrium of {chain.edges} segments next to about; take about=solve(problem), or more "
+            "segments."
+        )
+    return found
+
+
 def _shaped(chain: Chain, x: Array, R: Array, twists: Array) -> Shape:
-    """Return a shape from vertices (N + 1, 3), the frames (N + 2, 3, 3) of the ends and between them the edges, and twists (N + 1,)."""
+    """Return a shape from vertices (N + 1, 3), frames (N + 2, 3, 3) of both ends, and of the edges between them, and twists."""
     t = np.diff(x, axis=0)
     t /= np.linalg.norm(t, axis=1)[:, None]
     tangents, d1 = R[:, :, 2].copy(), R[:, :, 0].copy()
@@ -237,7 +249,10 @@ def _shaped(chain: Chain, x: Array, R: Array, twists: Array) -> Shape:
     d1 /= np.linalg.norm(d1, axis=1)[:, None]
     places = np.concatenate([x[:1] - chain.l[0] * tangents[:1], x, x[-1:] + chain.l[-1] * tangents[-1:]])
     state = State(
-        places.ravel(), np.pad(tangents, ((1, 1), (0, 0))).ravel(), np.pad(d1, ((1, 1), (0, 0))).ravel(), np.pad(twists, 1)
+        places.ravel(),
+        np.pad(tangents, ((1, 1), (0, 0))).ravel(),
+        np.pad(d1, ((1, 1), (0, 0))).ravel(),
+        np.pad(twists, 1),
     )
     reactions = tuple(np.zeros(sum(end.support.held_displacement) if end.groove else 0) for end in chain.ends)
     shape = Shape(state, np.zeros(chain.edges + 2), reactions)
@@ -250,7 +265,8 @@ def _modes(found: Found, time: float, length: float, count: int) -> Modes:
     z = found.values / time if np.iscomplexobj(found.values) else _roots(found.values / time**2)
     leaves = (z.imag == 0.0) & (z.real != 0.0)
     frequencies = np.where(leaves, -z.real, z.imag) / frames.turn + 0.0
-    order = np.lexsort((-z.real, frequencies))[:count]
+    alike = np.round(frequencies, 9 - int(np.ceil(np.log10(np.max(np.abs(frequencies)) or 1.0))))
+    order = np.lexsort((-z.real, alike))[:count]
     moves = np.pad(found.shapes[:, order].T, ((0, 0), (0, 1))).reshape(len(order), -1, 4)
     return Modes(frequencies[order], moves[:, :, :3], moves[:, :-1, 3], z.real[order], found.nodes * length)
 

@@ -107,7 +107,9 @@ class System:
         def inertia(s: Array) -> Array:
             """The mass per length and, about the tangent, the rotary inertia (n, 2)."""
             mass = problem.rod.mass(s * units.length, "Motion") / per_length
-            return np.stack([mass, rotary_inertia(self.motion, s * units.length) / (per_length * units.length**2)], axis=1)
+            return np.stack(
+                [mass, rotary_inertia(self.motion, s * units.length) / (per_length * units.length**2)], axis=1
+            )
 
         mass = means(inertia, cells, places)[:, 0] * V
         edges, J = means(inertia, x, places).T * self.l

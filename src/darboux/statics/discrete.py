@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,10 @@ from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import discrete_fields, discrete_modes, hanging_chain, limits, load_path, pendulum
+from darboux.statics import discrete_fields, hanging_chain, limits, load_path, pendulum
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along, nodes_wanted
+from darboux.statics.discrete_modes import LowestModes
 
 CLAMPS = ("half_cell", "two_vertices")
 LARGEST_LOAD = 3e8  # dimensionless
@@ -159,9 +160,7 @@ class DiscreteRod:
             discrete_fields.curve(chain, shape, path.load_factor, branch.gradient),
             load_factor=path.load_factor,
             index=path.index,
-            lowest_modes=partial(
-                discrete_modes.modes, chain, (partial(discrete_modes.found, chain, shape, path.load_factor),)
-            ),
+            lowest_modes=LowestModes(((chain, shape, path.load_factor),)),
             elastic_parts=discrete_fields.elastic_parts(chain, shape),
             statistics={
                 "seconds": time.perf_counter() - began,
@@ -196,11 +195,13 @@ class DiscreteRod:
         norm = np.linalg.norm(y[:, 3:7], axis=1, keepdims=True)
         y[:, 3:7] /= norm
         y[:, 16:20] /= norm
-        energies = tuple(
+        energies: Any = tuple(
             f + gain * (f - c) for c, f in zip(coarse.elastic_parts or (), fine.elastic_parts or (), strict=True)
         )
-        (_, first), (chain, second) = (x.lowest_modes.args for x in (coarse, fine))
-        lowest_modes = partial(discrete_modes.modes, chain, (*first, *second), gain=gain)
+        chains = [
+            own for x in (coarse, fine) if isinstance(x.lowest_modes, LowestModes) for own in x.lowest_modes.chains
+        ]
+        lowest_modes = LowestModes(tuple(chains), gain)
         answer = replace(
             fine, curve=Curve(coarse.curve.s, y[:, :13], y[:, 13:]), elastic_parts=energies, lowest_modes=lowest_modes
         )

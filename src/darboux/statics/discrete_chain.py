@@ -584,7 +584,7 @@ def nodes_wanted(problem: Equilibrium, segments: int) -> tuple[list[float], bool
             places.append(jump)
         else:
             left_out = left_out or apart > 0.0
-    return sorted(places), not left_out
+    return sorted(places), not left_out and len(places) < segments
 
 
 def places_along(problem: Equilibrium) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,17 +21,37 @@ from darboux.statics.vibrations import Found, Parts
 
 Array = NDArray[np.float64]
 
-LIGHTEST = 1e-9  # of the rod's mass, per length: the rotary inertia of an edge that has none, whose mode is of no interest
+LIGHTEST = (
+    1e-9  # of the rod's mass, per length: the rotary inertia of an edge that has none, whose mode is of no interest
+)
 
 
-def found(chain: Chain, shape: Shape, load_factor: float, k: int) -> Found:
-    """Return the k lowest modes, or as many as there are. Raises ``InvalidInput`` where the loads have no potential."""
-    if not chain.symmetric:
-        raise InvalidInput(
-            "solution.modes needs loads with a potential, but a moment, a couple or a follower acts; natural_modes takes them."
-        )
-    if k > chain.edges:
-        raise InvalidInput(f"solution.modes has k = {k}; with {chain.edges} segments it may be at most {chain.edges}.")
+@dataclass(frozen=True)
+class LowestModes:
+    """What `solution.modes` asks: the modes of an equilibrium of a chain, or of two, of which the second is finer."""
+
+    chains: tuple[tuple[Chain, Shape, float], ...]  # each with the shape and the load factor
+    gain: float = 0.0  # of the extrapolation
+
+    def __call__(self, k: int) -> Modes:
+        """Return the k lowest modes. Raises ``InvalidInput`` where the loads have no potential, or k is too large."""
+        chain = self.chains[-1][0]
+        most = self.chains[0][0].edges
+        if not chain.symmetric:
+            raise InvalidInput(
+                "solution.modes needs loads with a potential, but a moment, a couple or a follower acts; use natural_modes."
+            )
+        if k > most:
+            raise InvalidInput(f"solution.modes has k = {k}; with {most} segments it may be at most {most}.")
+        if self.gain == 0.0:
+            return _modes(chain, _found(*self.chains[-1], k))
+        coarse, fine = (_found(*own, min(k + vibrations.MARGIN, own[0].edges)) for own in self.chains)
+        values, shapes = vibrations.extrapolated(coarse, fine, self.gain, False)
+        order = np.argsort(values)[:k]
+        return _modes(chain, fine._replace(values=values[order], shapes=shapes[:, order]))
+
+
+def _found(chain: Chain, shape: Shape, load_factor: float, k: int) -> Found:
     parts, packed = parts_of(chain, shape, load_factor, inertia(chain))
     values, vectors = vibrations.lowest(parts, k)
     return in_shapes(chain, values, packed @ vectors)
@@ -46,19 +66,6 @@ def in_shapes(chain: Chain, values: Array, packed: Array) -> Found:
         middle = 0.5 * (packed[4:7] + packed[8:11])
         shapes[:3], shapes[-3:], shapes[3], shapes[-4] = middle, middle, turn, turn
     return Found(values, shapes, chain.nodes, weights[4:-4])
-
-
-def modes(chain: Chain, finds: Sequence[Callable[[int], Found]], k: int, gain: float = 0.0) -> Modes:
-    """Return the k lowest modes, extrapolated from two chains where there is a gain; ``chain`` is the finer one."""
-    if len(finds) == 1 or not gain:
-        own = finds[-1](k)
-        values, shapes = own.values, own.shapes
-    else:
-        fine = finds[1](min(k + vibrations.MARGIN, chain.edges))
-        values, shapes = vibrations.extrapolated(finds[0](k), fine, gain, False)
-        order = np.argsort(values)[:k]
-        values, shapes = values[order], shapes[:, order]
-    return _modes(chain, values, shapes)
 
 
 def mass_along(chain: Chain) -> Array | None:
@@ -82,7 +89,9 @@ def inertia(chain: Chain, rotary: Array | None = None) -> Any:
     """
     rod, L = chain.problem.rod, chain.scale.length
     mass = mass_along(chain)
-    pieces = chain.l[1:-1] * (np.arange(chain.edges) < chain.edges - chain.closed) if mass is None else mass / np.sum(mass)
+    pieces = (
+        chain.l[1:-1] * (np.arange(chain.edges) < chain.edges - chain.closed) if mass is None else mass / np.sum(mass)
+    )
     if rotary is None:
         rotary = np.zeros(chain.edges)
         if rod.section.has_shape:
@@ -116,7 +125,9 @@ def parts_of(chain: Chain, shape: Shape, load_factor: float, mass: Any, damping:
     branch = ChainBranch(chain)
     rod, T = chain.elasticity(shape.T), shape.T.copy()
     free_ring = chain.closed and not chain.problem.loads
-    if free_ring:  # the last edge and its two vertices are the first ones; the sections' frames there are held by nothing
+    if (
+        free_ring
+    ):  # the last edge and its two vertices are the first ones; the sections' frames there are held by nothing
         T[1], T[-2] = 0.5 * (T[2] + T[-3]), 0.0
         rod = rod._replace(T=T, EA=np.where(np.arange(len(T)) < len(T) - 2, rod.EA, 0.0))
         rod.EA[0] = 0.0
@@ -167,12 +178,14 @@ def _general(general: Array) -> Any:
     columns = general.reshape(-1, band.FULL)  # row i of column j stands at REACH + i - j
     n, reach = len(columns), band.REACH
     offsets = range(-reach, reach + 1)
-    return diags_array([columns[max(k, 0) : n + min(k, 0), reach - k] for k in offsets], offsets=list(offsets), format="csr")
+    return diags_array(
+        [columns[max(k, 0) : n + min(k, 0), reach - k] for k in offsets], offsets=list(offsets), format="csr"
+    )
 
 
-def _modes(chain: Chain, values: Array, shapes: Array) -> Modes:
-    k = len(values)
-    packed = np.vstack([shapes, np.zeros((1, k))]).T.reshape(k, -1, 4)
+def _modes(chain: Chain, found: Found) -> Modes:
+    values, k = found.values, len(found.values)
+    packed = np.vstack([found.shapes, np.zeros((1, k))]).T.reshape(k, -1, 4)
     displacements, edges = packed[:, :, :3], packed[:, :-1, 3]
     ends = (edges[:, :1], edges[:, -1:]) if chain.closed else (0.5 * edges[:, :1], 0.5 * edges[:, -1:])
     turns = np.concatenate([ends[0], 0.5 * (edges[:, 1:] + edges[:, :-1]), ends[1]], axis=1)
@@ -180,12 +193,9 @@ def _modes(chain: Chain, values: Array, shapes: Array) -> Modes:
     sign = np.where(largest >= 0.0, 1.0, -1.0)
     stiffness = values * (chain.scale.force / chain.scale.length)
     mass = mass_along(chain)
-    frequencies = None if mass is None else in_hertz(stiffness / np.sum(mass))
+    frequencies = None
+    if mass is not None:
+        frequencies = np.sign(stiffness) * np.sqrt(np.abs(stiffness) / np.sum(mass)) / frames.turn
     turned = sign[:, None] * turns / chain.scale.length
     s = np.clip(chain.nodes, 0.0, 1.0) * chain.scale.length
     return Modes(s, sign[:, None, None] * displacements, turned, stiffness, frequencies)
-
-
-def in_hertz(squares: Array) -> Array:
-    """Return frequencies from the squares of angular ones, negative where these are."""
-    return np.asarray(np.sign(squares) * np.sqrt(np.abs(squares)) / frames.turn)

@@ -38,14 +38,15 @@ from darboux.kernels.discrete_rod import Elasticity, State
 
 Array = NDArray[Any]  # real, or complex where modes are
 
-LOW = 2.0**-60  # of a material's stiffness, what a band keeps that is to have none; a power of two, so that no force is rounded
+LOW = (
+    2.0**-60
+)  # of a material's stiffness, what a band keeps that is to have none; a power of two, so that no force is rounded
 EXCLUDED = 1e-12  # L^2 / EI times the compliance of an inextensible edge
 PENALTY = 1e6  # and, where only signs are counted, its stiffness
 SOFT = 1e-9  # of the stiffest of some modes: those below it are found again without it
 NOISE = 50.0  # times the rounding in (2): a stiffness below this is 0
 EPS = float(np.finfo(float).eps)
-NEAR = 1e-4  # s in (3), over the rod's own frequency, sqrt(EI / m L^4)
-STILL = 1e-5  # |z| below this, over the same, is 0: two such roots that meet there are known to the root of rounding
+STILL = 1e-6  # |z| below this, over sqrt(EI / m L^4), is 0: two roots that meet there are known to the root of rounding
 ROUNDED = 1e-8  # and a part of z below this, over |z|
 SAME = 0.5  # of a mode's square that lies among the modes of the coarser rod: below this it is none of them
 APART = 0.25  # values further apart than this, over the larger, are those of different modes
@@ -105,7 +106,10 @@ def strains_of(state: State, rod: Elasticity, kappa: Array, inextensible: bool) 
     entries += [(springs + np.arange(count), 4 * along + k, (e[:, k] / size)[along]) for k in range(3)]
     unknown = np.arange(4 * N)
     moves = unknown[unknown % 4 < 3]
-    ahead = [(unknown, np.where(unknown % 4 < 3, unknown + 4, unknown), np.ones(4 * N)), (moves, moves, -np.ones(3 * N))]
+    ahead = [
+        (unknown, np.where(unknown % 4 < 3, unknown + 4, unknown), np.ones(4 * N)),
+        (moves, moves, -np.ones(3 * N)),
+    ]
     B = rod.B.reshape(-1, 6)[at][:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
     l = rod.l[along]
     EA, slack = (np.zeros(count), EXCLUDED * l) if inextensible else (rod.EA[along] / l, l / rod.EA[along])
@@ -206,18 +210,21 @@ def whirling(parts: Parts, k: int) -> tuple[Array, Array]:
     """Return the k roots z of (3) next to 0, one of each conjugate pair, and their vectors (n, k), both complex."""
     n = parts.M.shape[0]
     M, D = parts.M, parts.D
-    inverse = _inverse(parts, parts.G + NEAR * D + NEAR**2 * M)
+    s = float(np.sqrt(-_below(parts._replace(G=0.5 * (parts.G + parts.G.T)))))  # nothing grows faster
+    inverse = _inverse(parts, parts.G + s * D + s**2 * M)
 
     def step(y: Array) -> Array:
         u, v = y.ravel()[:n], y.ravel()[n:]
-        new = inverse(-(M @ v + D @ u + NEAR * (M @ u)))
-        return np.concatenate([new, NEAR * new + u])
+        new = inverse(-(M @ v + D @ u + s * (M @ u)))
+        return np.concatenate([new, s * new + u])
 
     start = step(np.random.default_rng(1).normal(size=2 * n))
     count = min(2 * k + 4, 2 * n - 2)
     operator = LinearOperator((2 * n, 2 * n), matvec=step, dtype=float)
     nu, vectors = eigs(operator, count, which="LM", v0=start, ncv=min(2 * n, 2 * count + 20))
-    z = NEAR + 1.0 / nu
+    z = s + 1.0 / nu
+    Z = np.abs(vectors[:n])
+    z[np.abs(z) ** 2 < _noise(parts, Z / np.sqrt(np.sum(Z * (M @ Z), axis=0)))] = 0.0
     for part in (z.real, z.imag):
         part[np.abs(part) < STILL + ROUNDED * np.abs(z)] = 0.0
     once = np.flatnonzero((z.imag > 0.0) | ((z.imag == 0.0) & (z.real >= 0.0)))
@@ -263,7 +270,7 @@ def extrapolated(coarse: Found, fine: Found, gain: float, of_pairs: bool) -> tup
 def _apart(a: Array, b: Array) -> Array:
     """Return how far values (k,) are from others (l,), over their size: (k, l)."""
     size = np.maximum(np.abs(a)[:, None], np.abs(b)[None])
-    return np.abs(a[:, None] - b[None]) / np.where(size > 0.0, size, 1.0)
+    return np.asarray(np.abs(a[:, None] - b[None]) / np.where(size > 0.0, size, 1.0))
 
 
 def _overlaps(coarse: Found, fine: Found) -> Array:
