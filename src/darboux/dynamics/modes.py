@@ -76,7 +76,8 @@ def natural_modes(problem: Any, count: int = 6, *, segments: int = 200, about: A
     The squares of the frequencies are extrapolated, shape by shape, from half as many segments (those of a ring that does
     not stretch: a third), which makes their error one of order 4 in 1 / segments, and of order 3 about a shape that loads along
     the rod bend; the shapes' is of order 2. Nothing is extrapolated, and all is of order 2, where more quantities jump than nodes
-    can lie at, or where an odd number of segments has to meet places along the rod. Raises ``InvalidInput``.
+    can lie at, or where an odd number of segments has to meet places along the rod; and two modes that meet, where flutter sets in,
+    are of order 2. Raises ``InvalidInput``.
     """
     if isinstance(problem, Rod):
         problem, motion = Equilibrium(problem), {**motion, "release": {"start": 0.0}}
