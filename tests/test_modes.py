@@ -50,7 +50,7 @@ def hinge(**where) -> dx.Hinge:
     return dx.Hinge(axis=(0, 1, 0), **where)
 
 
-K, TWIST = 3.0, 0.7
+K, C = 3.0, 0.7
 HELD = {  # supports at both ends, and what is zero there
     "clamped, free": ({}, CLAMPED, FREE),
     "clamped, hinge": ({"end": hinge(position=UP)}, CLAMPED, PINNED),
@@ -61,7 +61,7 @@ HELD = {  # supports at both ends, and what is zero there
     "clamped, universal": ({"end": dx.Universal((0, 1, 0), (1, 0, 0), position=UP)}, CLAMPED, PINNED),
     "clamped, groove": ({"end": dx.Roller(along=UP, position=UP, sliding="section")}, CLAMPED, PINNED),
     "clamped, spring": ({"end": dx.Spring(linear=K, position=UP)}, CLAMPED, [STATE[2], STATE[3] - K * STATE[0]]),
-    "clamped, rotational spring": ({"end": dx.Spring(rotational=TWIST, position=UP)}, CLAMPED, [STATE[2] + TWIST * STATE[1], STATE[3]]),
+    "clamped, rotating spring": ({"end": dx.Spring(rotational=C, position=UP)}, CLAMPED, [STATE[2] + C * STATE[1], STATE[3]]),
 }  # fmt: skip
 
 
@@ -107,6 +107,18 @@ def test_no_number_of_segments_loses_the_lowest_frequency() -> None:
     ]
     assert 3.9 < np.log2(left[0] / left[1]) < 4.1, f"{left}, declared order 4"
     assert abs(left[2]) < 1e-11
+
+
+@pytest.mark.parametrize("stretch", [True, False])
+def test_few_segments_have_as_many_modes(stretch: bool) -> None:
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.4, GJ=0.7, EA=1e5, mass=1.0), stretch=stretch)
+    exact = frequencies(uniform, CLAMPED, CLAMPED, 30.0, 1)[0]
+    for segments in (6, 7):
+        found = dx.natural_modes(dx.Equilibrium(rod, end=dx.Clamped(UP)), 6, segments=segments, rotary_inertia=1e-2)
+        assert found.frequencies[0] * dx.turn == pytest.approx(exact, rel=0.04)
+        assert found.shapes.shape == (6, segments + 1, 3)
+        assert found.turns.shape == (6, segments)
+        assert found.s.shape == (segments + 1,)
 
 
 def stepped(s: np.ndarray, values: tuple[float, ...]) -> np.ndarray:

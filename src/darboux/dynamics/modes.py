@@ -104,7 +104,9 @@ def natural_modes(problem: Any, count: int = 6, *, segments: int = 200, about: A
     k = count + vibrations.MARGIN
     found = fine.found(min(k, segments))
     if halved:
-        half = _Vibrations(how, nodes_along(segments // 2, 1.0, False, False, places)).found(min(k, segments // 2))
+        half = _Vibrations(how, nodes_along(segments // 2, 1.0, False, False, places)).found(
+            min(k, max(segments // 2, segments - 6))
+        )
         gain = 1.0 / ((segments / (segments // 2)) ** 2 - 1.0)
         values, shapes = vibrations.extrapolated(half, found, gain, np.iscomplexobj(found.values))
         found = found._replace(values=values, shapes=shapes)

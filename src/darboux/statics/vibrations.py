@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh, svd
+from scipy.linalg import eig, eigh, svd
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import block_array, block_diag, csr_array, diags_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
@@ -45,6 +45,7 @@ EXCLUDED = 1e-12  # L^2 / EI times the compliance of an inextensible edge
 PENALTY = 1e6  # and, where only signs are counted, its stiffness
 SOFT = 1e-9  # of the stiffest of some modes: those below it are found again without it
 NOISE = 50.0  # times the rounding in (2): a stiffness below this is 0
+DENSE = 200  # unknowns up to which all modes are found at once
 EPS = float(np.finfo(float).eps)
 STILL = 1e-6  # |z| below this, over sqrt(EI / m L^4), is 0: two roots that meet there are known to the root of rounding
 ROUNDED = 1e-8  # and a part of z below this, over |z|
@@ -133,10 +134,18 @@ def lowest(parts: Parts, k: int) -> tuple[Array, Array]:
     """Return the k lowest eigenvalues of K u = lambda M u and their vectors (n, k); what is 0 but for rounding is 0."""
     n = parts.M.shape[0]
     shift = _below(parts)
+    inverse = _inverse(parts, parts.G - shift * parts.M)
+    if n <= DENSE:  # where what has no mass is a large part, Krylov's space may end too soon
+        m, V = eigh(parts.M.toarray())
+        root = V * np.sqrt(np.maximum(m, 0.0)) @ V.T
+        nu, Y = eigh(root @ inverse(root))
+        finite = np.flatnonzero(nu > EPS * n * nu[-1])[::-1][:k]
+        return _refined(parts, inverse(root @ Y[:, finite] / nu[finite]))
     start = parts.M @ np.random.default_rng(1).normal(size=n)
-    operator = LinearOperator((n, n), matvec=_inverse(parts, parts.G - shift * parts.M), dtype=float)
-    room = min(n - 1, max(2 * k + 10, 30))
-    _, vectors = eigsh(parts.M, k, M=parts.M, sigma=shift, OPinv=operator, v0=start, ncv=room)
+    operator = LinearOperator((n, n), matvec=inverse, dtype=float)
+    _, vectors = eigsh(
+        parts.M, k, M=parts.M, sigma=shift, OPinv=operator, v0=start, ncv=min(n - 1, max(2 * k + 10, 30))
+    )
     return _refined(parts, vectors)
 
 
@@ -166,7 +175,7 @@ def _inverse(parts: Parts, G: Any) -> Callable[[Array], Array]:
         return np.asarray(factors.solve(right[order])[back])
 
     def inverse(v: Array) -> Array:
-        right = np.concatenate([v.ravel(), np.zeros(r)])
+        right = np.concatenate([v, np.zeros((r, *v.shape[1:]))])
         x = solved(right)
         return np.asarray((x + solved(right - matrix @ x))[:n])
 
@@ -214,14 +223,19 @@ def whirling(parts: Parts, k: int) -> tuple[Array, Array]:
     inverse = _inverse(parts, parts.G + s * D + s**2 * M)
 
     def step(y: Array) -> Array:
-        u, v = y.ravel()[:n], y.ravel()[n:]
+        u, v = y[:n], y[n:]
         new = inverse(-(M @ v + D @ u + s * (M @ u)))
         return np.concatenate([new, s * new + u])
 
-    start = step(np.random.default_rng(1).normal(size=2 * n))
-    count = min(2 * k + 4, 2 * n - 2)
-    operator = LinearOperator((2 * n, 2 * n), matvec=step, dtype=float)
-    nu, vectors = eigs(operator, count, which="LM", v0=start, ncv=min(2 * n, 2 * count + 20))
+    if n <= DENSE:
+        nu, vectors = eig(step(np.eye(2 * n)))
+        finite = np.flatnonzero(np.abs(nu) > EPS * n * np.max(np.abs(nu)))
+        finite = finite[np.argsort(-np.abs(nu[finite]))][: 2 * k + 4]
+        nu, vectors = nu[finite], vectors[:, finite]
+    else:
+        start, count = step(np.random.default_rng(1).normal(size=2 * n)), 2 * k + 4
+        operator = LinearOperator((2 * n, 2 * n), matvec=step, dtype=float)
+        nu, vectors = eigs(operator, count, which="LM", v0=start, ncv=2 * count + 20)
     z = s + 1.0 / nu
     Z = np.abs(vectors[:n])
     z[np.abs(z) ** 2 < _noise(parts, Z / np.sqrt(np.sum(Z * (M @ Z), axis=0)))] = 0.0
