@@ -213,21 +213,6 @@ def test_what_can_not_be_stated_is_refused_in_a_sentence(words: str) -> None:
     assert words in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("problem", "words"),
-    [
-        (SPUN, "Coriolis"),
-        (PROBLEMS["followers along the rod"], "turns with the section"),
-        (PROBLEMS["followers at points"], "turns with the section"),
-        (PROBLEMS["hinge"], "DiscreteRod"),
-        (PROBLEMS["between"], "DiscreteRod"),
-    ],
-)
-def test_what_has_no_natural_vibrations_says_so(problem: dx.Equilibrium, words: str) -> None:
-    with pytest.raises(dx.InvalidInput, match=words):
-        dx.natural_modes(problem, segments=10)
-
-
 def test_a_twisted_rod_is_let_go() -> None:
     """Held at more than a whole turn it is at rest; let go, it has untwisted itself when a wave has run along it, at L / c."""
     J, twist = 0.01, 7.0

@@ -19,8 +19,8 @@ class Modes:
     with w the share of a piece in the rod's mass, or in its length where the rod has no mass, dr linear between the
     nodes, and g^2 = (I1 + I2) / A (0 for a section without a shape: its twist follows statically). Arrays: ``s`` (n,) in
     m; ``displacements`` (k, n, 3), fixed frame, and ``turns`` (k, n) about d3 in rad/m, both per unit of a; ``stiffness``
-    (k,) in N/m, 0 of a free motion; ``frequencies`` (k,) in Hz of small vibrations, not a number where the stiffness is
-    negative, or None where the rod has no mass.
+    (k,) in N/m, 0 of a free motion; ``frequencies`` (k,) in Hz of small vibrations, negative where the stiffness is (a motion
+    then grows at the rate 2 pi |frequency|), or None where the rod has no mass.
     """
 
     s: Array

@@ -246,7 +246,7 @@ class Equilibrium:
 
     @property
     def steep_places(self) -> tuple[float, ...]:
-        """The arc lengths in m at which a load, a stiffness or the natural shape jumps or nearly does, to L / 2048."""
+        """The arc lengths in m at which a load, a stiffness, the mass or the natural shape jumps or nearly does, to L / 2048."""
         return self._steep[0]
 
     @property
@@ -277,8 +277,9 @@ class Equilibrium:
 
     def _columns(self, s: Array) -> Array:
         """Return all that varies along the rod, side by side."""
-        loads, C = self.distributed(s), self.rod.compliance(s)
-        return np.concatenate([loads.a, loads.b, loads.la, loads.lb, self.rod.k0(s), C.reshape(-1, 36)], axis=1)
+        loads, C, mass = self.distributed(s), self.rod.compliance(s), self.rod.stiffness(s).mass
+        weight = np.zeros((len(s), 1)) if mass is None else mass[:, None]
+        return np.concatenate([loads.a, loads.b, loads.la, loads.lb, self.rod.k0(s), C.reshape(-1, 36), weight], axis=1)
 
     @cached_property
     def breaks(self) -> tuple[float, ...]:

@@ -1,6 +1,6 @@
 """Vibration: frequencies of straight, loaded, rotating, hanging and bent rods, by both ways that find them.
 
-`natural_modes` takes what `Motion` can hold (clamped, pinned and free ends), the modes of a `DiscreteRod` every support.
+`natural_modes` and the modes of a `DiscreteRod` take every support; what flutters, `natural_modes` alone.
 Lengths, EI and rhoA are 1, so that frequencies are omega sqrt(rhoA L^4 / EI).
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import darboux as dx
@@ -354,3 +355,54 @@ def test_a_buckled_column(alpha, judge) -> None:
     judge.discrete(
         "V08", f"alpha = {alpha} deg, immovable", "omega", "natural_modes", answer, BUCKLED[alpha], 64, 1e-6, order=4
     )
+
+
+PUSHED = {
+    alpha: Digits(np.concatenate([digits("V08", f"alpha={alpha} deg, dead load", f"omega_{n}^2").value for n in (1, 2, 3)]) ** 0.5)
+    for alpha in (30, 90)
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("alpha", PUSHED)
+def test_a_column_that_its_load_has_buckled(alpha, judge) -> None:
+    """V08, in the plane, under the dead load P = 4 K^2 on an end that slides, about the shape that `Collocation` finds."""
+    m = np.sin(0.5 * np.radians(alpha)) ** 2
+    problem = dx.Equilibrium(FLAT, HINGE, dx.Roller(along=UP), loads=[dx.EndForce((0, 0, -4.0 * ellipk(m) ** 2))])
+    answer = by_natural_modes(problem, 3, about=dx.solve(problem))
+    judge.discrete(
+        "V08", f"alpha = {alpha} deg, dead load", "omega", "natural_modes", answer, PUSHED[alpha], 64, 1e-6, order=4
+    )
+
+
+# Flutter
+
+FOLLOWERS = {
+    "Beck": (lambda P: dx.EndForce((0, 0, -P), follower=True), 20.0),
+    "Leipholz": (lambda P: dx.LineForce((0, 0, -P), frame="section"), 40.0),
+}
+FLUTTER = {
+    name: digits("T17b", name, "EI at flutter") + digits("T17b", f"{name}: omega", "at flutter") for name in FOLLOWERS
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", FOLLOWERS)
+def test_flutter_of_a_column_under_followers(name, judge) -> None:
+    """T17b; M. Beck, Z. angew. Math. Phys. 3 (1952) 225: the load at which two frequencies meet, and their value.
+
+    Where they meet they are of order 2: a root of rounding apart, they are not extrapolated one by one.
+    """
+    follower, near = FOLLOWERS[name]
+
+    def answer(N):
+        def squares(P):
+            problem = dx.Equilibrium(FLAT, loads=[follower(P)])
+            found = dx.natural_modes(problem, 2, segments=N, rotary_inertia=1e-6, about="equilibrium")
+            return (TURN * found.frequencies - 1j * found.growth) ** 2
+
+        load = brentq(
+            lambda P: float(np.real((squares(P)[1] - squares(P)[0]) ** 2)), 0.98 * near, 1.02 * near, xtol=1e-6
+        )
+        return np.array([load, np.sqrt(np.mean(squares(load)).real)])
+
+    judge.discrete("T17b", name, "load L^2 / EI, omega", "natural_modes", answer, FLUTTER[name], 32, 1e-5)

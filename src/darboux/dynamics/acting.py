@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from darboux.loads import Distributed, EndLoad, Load
 from darboux.problem import Equilibrium, Ring
 from darboux.statics import coefficients
 from darboux.statics.coefficients import PAIRS, Scale
+from darboux.statics.discrete_chain import means, places_along
 
 Array = NDArray[np.float64]
 
@@ -54,7 +55,7 @@ def acting(
 
     ``ends`` says whose frame the section's is at both ends: FREE, HELD or TURNING. A ring's repeated edge bears nothing.
     """
-    G, N, L = len(groups), len(nodes) - 1, scale.length
+    G, N, L, places = len(groups), len(nodes) - 1, scale.length, places_along(problem)
     l = np.diff(nodes)
     cells = np.concatenate([[0.0], 0.5 * (nodes[:-1] + nodes[1:]), [1.0]])
     V = np.diff(cells)[:, None]
@@ -75,7 +76,7 @@ def acting(
             parts = a, total.C.reshape(-1, 9) * (L * L / scale.force), total.la / scale.force
             return np.concatenate([*parts, total.b * (L / scale.force), total.lb / scale.force], axis=1)
 
-        on_cells, on_edges = means(per_length, cells) * V, means(per_length, nodes) * l[:, None]
+        on_cells, on_edges = means(per_length, cells, places) * V, means(per_length, nodes, places) * l[:, None]
         f[g, : N + 1], couples[g, :N] = on_cells[:, :3], on_edges[:, 12:15]
         C[g, : N + 1] = six(on_cells[:, 3:12].reshape(-1, 3, 3))
         if np.any(on_edges[:, 15:]):
@@ -131,7 +132,7 @@ def datum(problem: Equilibrium, groups: Sequence[Sequence[Load]], nodes: Array, 
 
     -(f.x0 + x0.C x0 / 2) summed over the vertices is zero here at each load's own datum x0.
     """
-    L, result = scale.length, np.zeros(len(groups))
+    L, result, places = scale.length, np.zeros(len(groups)), places_along(problem)
     cells = np.concatenate([[0.0], 0.5 * (nodes[:-1] + nodes[1:]), [1.0]])
     for g, loads in enumerate(groups):
         for load in loads:
@@ -142,7 +143,7 @@ def datum(problem: Equilibrium, groups: Sequence[Sequence[Load]], nodes: Array, 
                 return np.concatenate([own.a + own.C @ scale.origin, own.C.reshape(-1, 9) * L], axis=1)
 
             x = (load.datum(nodes * L) - scale.origin) / L
-            means_on_cells = means(per_length, cells) * (np.diff(cells)[:, None] * L / scale.force)
+            means_on_cells = means(per_length, cells, places) * (np.diff(cells)[:, None] * L / scale.force)
             f, C = means_on_cells[:, :3], means_on_cells[:, 3:].reshape(-1, 3, 3)
             result[g] += np.sum(x * (f + 0.5 * np.einsum("nij,nj->ni", C, x)))
             point = EndLoad()
@@ -196,10 +197,3 @@ def symmetric(numbers: Array) -> Array:
 def six(matrix: Array) -> Array:
     """Return the six numbers (n, 6) of symmetric matrices (n, 3, 3)."""
     return np.stack([matrix[:, i, j] for i, j in PAIRS], axis=1)
-
-
-def means(function: Callable[[Array], Array], nodes: Array) -> Array:
-    """Return the mean of a function (n,) -> (n, k) on each interval, by Gauss' rule of two points."""
-    middle, half = 0.5 * (nodes[:-1] + nodes[1:]), 0.5 * np.diff(nodes)
-    offset = half / np.sqrt(3.0)
-    return np.asarray(0.5 * (function(middle - offset) + function(middle + offset)))

@@ -1,88 +1,285 @@
-"""Natural vibrations: the generalised eigenvalue problem K u = omega^2 M u of the discrete rod's own band."""
+"""Natural vibrations: small motions about a shape of the discrete rod, by mass, stiffness and Coriolis' force.
+
+    M u'' + D u' + K u = 0
+
+M is spread along the edges, D u' = 2 rho A omega x u' where all is seen in a frame that turns, and K is the exact derivative of
+what resists and acts (see statics/vibrations.py). The error of the squares has an expansion in 1 / segments^2, whose first
+term two rods take off, one of which has half as many segments: a node lies at each jump of the rod, of its loads and supports.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix, diags
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse import csr_array, csr_matrix, diags
+from scipy.sparse.linalg import eigsh
 
-from darboux import checks
+from darboux import checks, frames, profile
 from darboux.checks import checked_call
-from darboux.dynamics.system import System, beyond
+from darboux.dynamics.system import ENDS, FOLDED, GAP, System, carried_along, frames_along, rotary_inertia
 from darboux.errors import InvalidInput
-from darboux.kernels import band, rod_motion
+from darboux.kernels import discrete_rod, rod_motion
 from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import State
 from darboux.kernels.jit import announced
 from darboux.kernels.ring import SHARED
+from darboux.loads import Rotation
 from darboux.motion import Motion
 from darboux.problem import Equilibrium, Ring
+from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution
+from darboux.statics import discrete_modes, limits, vibrations
 from darboux.statics.discrete import DiscreteRod
+from darboux.statics.discrete_branch import TOLERANCE, ChainBranch
+from darboux.statics.discrete_chain import Chain, Shape, means, nodes_along, nodes_wanted
 from darboux.statics.solve import solve
+from darboux.statics.vibrations import Found, Parts
 
 Array = NDArray[np.float64]
-
-RIGID = 1e8  # EA L^2 / EI that stands for an inextensible rod
-SHIFT = (
-    1e-3  # below the spectrum, in units of the lowest frequency of a bent rod, squared: rigid motions are no obstacle
-)
-SHIFT_OF_RING = 1.0  # whose lowest one is a hundred times that, by its radius in place of its length
 
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """Natural vibrations.
+    """Natural vibrations, k of them: u = shape exp((growth + 2 pi i frequency) t).
 
-    ``frequencies`` (k,) in Hz, ascending, rigid motions with 0, unstable directions negative; ``shapes`` (k, N + 1, 3), the
-    vertices' displacements, and ``turns`` (k, N), the edges' turns about the tangent, of any one scale.
+    ``frequencies`` (k,) in Hz, ascending: rigid motions with 0; a motion that leaves the shape without swinging with minus its
+    growth over 2 pi. ``growth`` (k,) in 1/s: above 0 a motion grows by itself, and the shape is unstable; below 0 it dies away.
+    ``shapes`` (k, N + 1, 3), the displacements of the vertices at ``s`` (N + 1,) in m, and ``turns`` (k, N), the edges' turns
+    about the tangent, of any one scale; under a ``Rotation``, or loads without a potential, complex: the phases of a whirl.
     """
 
     frequencies: Array
     shapes: Array
     turns: Array
+    growth: Array
+    s: Array
 
 
 @checked_call
 @announced
-def natural_modes(
-    problem: Equilibrium, count: int = 6, *, segments: int = 200, about: Any = None, **motion: Any
-) -> Modes:
-    """Find the lowest natural vibrations about a shape, by shift and inversion on the band.
+def natural_modes(problem: Any, count: int = 6, *, segments: int = 200, about: Any = None, **motion: Any) -> Modes:
+    """Find the lowest natural vibrations about a shape.
 
-        K u = omega^2 M u
+        M u'' + D u' + K u = 0
 
-    Arguments: ``problem`` an ``Equilibrium``, whose loads act where ``about`` is an ``EquilibriumSolution`` of it and not
-    about the unloaded shape (None), or a ``Ring``, which vibrates about its equilibrium, free where no load acts, as a ring
-    that stretches must be; ``count``; ``segments``, 6 or more; and whatever ``Motion`` takes, such as ``release`` for free
-    ends. Supports hold. The squares of the frequencies are extrapolated from half as many segments (those of a ring that does
-    not stretch: a third), which makes their error one of order 4 in 1 / segments; the shapes' is of order 2. Raises
-    ``InvalidInput``.
+    Arguments: ``problem`` an ``Equilibrium``, whose supports hold as in statics and whose loads act where ``about`` is an
+    ``EquilibriumSolution`` of it, or "equilibrium", and not about the unloaded shape (None); a ``Rod``, which nothing holds; or
+    a ``Ring``, which vibrates about its equilibrium, free where no load acts, as a ring that stretches must be. ``count``;
+    ``segments``, 6 or more; and whatever ``Motion`` takes, such as ``release`` for free ends.
+
+    A ``Rotation`` turns the frame in which all is seen: its centrifugal force acts, about None too (which then is the
+    equilibrium), and Coriolis' force, D, makes modes whirl: they are those of the turning frame, where a round shaft whirls
+    forwards with omega_n - omega and backwards with omega_n + omega. Loads without a potential (followers, moments) act with
+    their exact derivative; what flutters has a growth.
+
+    The squares of the frequencies are extrapolated, shape by shape, from half as many segments (those of a ring that does
+    not stretch: a third), which makes their error one of order 4 in 1 / segments, and of order 3 about a shape that loads along
+    the rod bend; the shapes' is of order 2. Nothing is extrapolated, and all is of order 2, where more quantities jump than nodes
+    can lie at, or where an odd number of segments has to meet places along the rod; and two modes that meet, where flutter sets in,
+    are of order 2. Raises ``InvalidInput``.
     """
-    checks.instance("natural_modes.problem", problem, Equilibrium, "an Equilibrium")
+    if isinstance(problem, Rod):
+        problem, motion = Equilibrium(problem), {**motion, "release": {"start": 0.0}}
+    checks.instance("natural_modes.problem", problem, Equilibrium, "an Equilibrium, a Ring or a Rod")
     count = checks.whole("natural_modes.count", count, 1)
     segments = checks.whole("natural_modes.segments", segments, 6)
     if isinstance(problem, Ring):
         return _of_ring(problem, count, segments, about, motion)
-    loaded = 0.0 if about is None else 1.0
-    refusal = beyond(problem)
+    refusal = _refuses(problem)
     if refusal:
         raise InvalidInput(refusal)
-    return _extrapolated(Motion(problem, 1.0, initial=about, **motion), loaded, count, segments)
+    if count > segments:
+        raise InvalidInput(f"natural_modes.count is {count}; {segments} segments have {segments} at most.")
+    how = Motion(problem, 1.0, initial=about, **motion)
+    if how.initial == "equilibrium":
+        how = Motion(problem, 1.0, initial=solve(problem), **motion)
+    places, lawful = nodes_wanted(problem, segments // 2)
+    halved = lawful and (segments % 2 == 0 or not places)
+    if not halved:
+        places = nodes_wanted(problem, segments)[0]
+    nested = halved and segments % 2 == 0  # each segment in two
+    nodes = nodes_along(segments // (1 + nested), 1.0, False, False, places, int(nested))
+    fine = _Vibrations(how, nodes)
+    k = count + vibrations.MARGIN
+    found = fine.found(min(k, segments))
+    if halved:
+        half = _Vibrations(how, nodes_along(segments // 2, 1.0, False, False, places)).found(
+            min(k, max(segments // 2, segments - 6))
+        )
+        gain = 1.0 / ((segments / (segments // 2)) ** 2 - 1.0)
+        values, shapes = vibrations.extrapolated(half, found, gain, np.iscomplexobj(found.values))
+        found = found._replace(values=values, shapes=shapes)
+    return _modes(found, fine.time, problem.rod.length, count)
 
 
-def _extrapolated(about: Motion, loaded: float, count: int, segments: int) -> Modes:
-    """Return the vibrations about the start of a motion, their squares extrapolated from half as many segments."""
-    coarse, fine = (_modes(about, loaded, count, N) for N in (segments // 2, segments))
-    gain = 1.0 / ((segments / (segments // 2)) ** 2 - 1.0)
-    a, b = (np.sign(f.frequencies) * f.frequencies**2 for f in (coarse, fine))
-    squares = b + gain * (b - a)
-    return Modes(np.sign(squares) * np.sqrt(np.abs(squares)), fine.shapes, fine.turns)
+def _refuses(problem: Equilibrium) -> str | None:
+    """Return why a problem has no natural vibrations here, or None."""
+    name = "natural_modes"
+    if problem.rod.shear:
+        return f"{name} states rods that do not shear, but rod.shear is True; set shear=False."
+    if sum(isinstance(load, Rotation) for load in problem.loads) > 1:
+        return "two Rotation loads act, but all is seen in one turning frame; add their omega."
+    return limits.beyond_nodes(problem, name) or limits.coupled(problem, name)
+
+
+class _Vibrations:
+    """A chain about the start of a motion, in whose supports, masses and loads it vibrates."""
+
+    def __init__(self, how: Motion, nodes: Array) -> None:
+        self.how, problem = how, how.problem
+        chain = Chain(problem, nodes, False)
+        chain.inextensible, chain.cable = not problem.rod.stretch, None
+        self.spins = [np.array(load.omega) for load in problem.loads if isinstance(load, Rotation)]
+        self.load_factor = 0.0 if how.initial == "unloaded" and not self.spins else 1.0
+        self.shape = self._start(chain)
+        self.chain = chain.released([at for at in ENDS if not how.held(at, 0.0)])
+        masses = discrete_modes.mass_along(chain)
+        self.mass = float(np.sum(masses if masses is not None else 0.0))
+        scale = chain.scale
+
+        def rotary(x: Array) -> Array:
+            return rotary_inertia(how, x * scale.length)[:, None] / (self.mass * scale.length)
+
+        J = means(rotary, nodes, chain.places)[:, 0] * np.diff(nodes)
+        self.inertia = discrete_modes.inertia(self.chain, J)
+        self.time = float(np.sqrt(self.mass * scale.length / scale.force))
+
+    def found(self, k: int) -> Found:
+        """Return the k lowest modes."""
+        chain, whirls = self.chain, bool(self.spins) or (self.load_factor > 0.0 and not self.chain.symmetric)
+        D = discrete_modes.coriolis(self.inertia, sum(self.spins, np.zeros(3)) * self.time)
+        parts, packed = discrete_modes.parts_of(chain, self.shape, self.load_factor, self.inertia, D)
+        values, vectors = vibrations.whirling(parts, k) if whirls else vibrations.lowest(parts, k)
+        return discrete_modes.in_shapes(chain, values, packed @ vectors)
+
+    # -- the shape -----------------------------------------------------------------------------------------------
+
+    def _start(self, chain: Chain) -> Shape:
+        initial = self.how.initial
+        if isinstance(initial, EquilibriumSolution):
+            return self._beside(chain, initial)
+        if initial != "unloaded":
+            return _near(chain, self._along(chain, initial))
+        shape = self._unloaded(chain)
+        return (
+            shape if self.load_factor == 0.0 else _settled(chain, shape) or self._beside(chain, solve(self.how.problem))
+        )
+
+    def _unloaded(self, chain: Chain) -> Shape:
+        """Return the natural shape, laid at the support that holds it; the others must be where it is."""
+        shape = chain.unloaded()
+        chain.at(1.0)
+        ways = [
+            (end.held_place(x) - x, end.held_frame(R) - R, end.support) for end, _, x, R in chain._ends(shape.state)
+        ]
+        x = shape.state.x.reshape(-1, 3)
+        for i, conditions, _ in chain.between:
+            A = conditions.support.displacement_axes[:, list(conditions.support.held_displacement)]
+            ways.append((A @ (A.T @ (conditions.pose(1.0)[0] - x[i])), np.zeros(3), conditions.support))
+        chain.at(0.0)
+        for away, turned, support in ways:
+            if np.linalg.norm(away) > GAP or np.max(np.abs(turned)) > GAP or support.twist != 0.0:
+                gap, name = np.linalg.norm(away) * chain.scale.length, type(support).__name__
+                raise InvalidInput(
+                    f"the unloaded rod begins {gap:.3g} m off its {name}(), or turned away from it; name the shape about which it "
+                    "vibrates, as in about=solve(problem)."
+                )
+        return shape
+
+    def _beside(self, chain: Chain, solution: EquilibriumSolution) -> Shape:
+        """Return the discrete equilibrium next to a solution."""
+        L, middle = chain.scale.length, 0.5 * (chain.nodes[:-1] + chain.nodes[1:])
+        r = (solution.r(chain.nodes * L) - chain.scale.origin) / L
+        e = np.diff(r, axis=0)
+        stretch = solution.v(middle * L)[:, 2]
+        e *= (np.diff(chain.nodes) * (1.0 if chain.inextensible else stretch) / np.linalg.norm(e, axis=1))[:, None]
+        R = solution.R(np.concatenate([[0.0], middle * L, [L]]))
+        twists = solution.k(chain.nodes * L)[:, 2] * L * chain.V
+        shape = _shaped(chain, r[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)]), R, twists)
+        if chain.inextensible:
+            shape.T[1:-1] = np.einsum("ni,ni->n", solution.n(middle * L), R[1:-1, :, 2]) / chain.scale.force
+        return _near(chain, shape)
+
+    def _along(self, chain: Chain, curve: Any) -> Shape:
+        """Return a shape r(s), with the frames that do not twist along it."""
+        L, start = chain.scale.length, self.how.problem.start
+        r = (profile.evaluate("natural_modes.about", curve, chain.nodes * L, (3,)) - chain.scale.origin) / L
+        e = np.diff(r, axis=0)
+        long = np.linalg.norm(e, axis=1) / np.diff(chain.nodes)
+        if np.any(long < 1e-3) or (chain.inextensible and np.max(np.abs(long - 1.0)) > 0.01):
+            raise InvalidInput(
+                f"natural_modes.about stretches the rod by up to {np.max(np.abs(long - 1.0)):.2g}; give r by arc length."
+            )
+        t = e / np.linalg.norm(e, axis=1)[:, None]
+        R0 = start.R if all(start.held_rotation) and start.R[:, 2] @ t[0] > FOLDED else frames_along(t[0])
+        d1 = carried_along(R0, t)
+        R = np.stack([d1, np.cross(t, d1), t], axis=-1)
+        ends = [end.held_frame(R[i]) for end, i in zip(chain.ends, (0, -1), strict=True)]
+        if chain.inextensible:
+            e = np.diff(chain.nodes)[:, None] * t
+            r = r[0] + np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
+        return _shaped(chain, r, np.concatenate([ends[:1], R, ends[1:]]), np.zeros(len(r)))
+
+
+def _settled(chain: Chain, shape: Shape) -> Shape | None:
+    """Return the equilibrium next to a shape under all loads, be it stable or not."""
+    branch = ChainBranch(chain)
+    branch.came_from = 1.0
+    with np.errstate(all="ignore"):
+        found = branch.newton(chain.posed(shape, 1.0)._replace(unstable=1), 1.0, TOLERANCE)
+    return None if found is None else found[0]
+
+
+def _near(chain: Chain, shape: Shape) -> Shape:
+    """Return the equilibrium next to a shape, or say that there is none."""
+    found = _settled(chain, shape)
+    if found is None:
+        raise InvalidInput(
+            f"natural_modes finds no equilibrium of {chain.edges} segments next to about; take about=solve(problem), or more "
+            "segments."
+        )
+    return found
+
+
+def _shaped(chain: Chain, x: Array, R: Array, twists: Array) -> Shape:
+    """Return a shape from vertices (N + 1, 3), frames (N + 2, 3, 3) of both ends, and of the edges between them, and twists."""
+    t = np.diff(x, axis=0)
+    t /= np.linalg.norm(t, axis=1)[:, None]
+    tangents, d1 = R[:, :, 2].copy(), R[:, :, 0].copy()
+    tangents[1:-1] = t
+    d1 -= np.einsum("ni,ni->n", d1, tangents)[:, None] * tangents
+    d1 /= np.linalg.norm(d1, axis=1)[:, None]
+    places = np.concatenate([x[:1] - chain.l[0] * tangents[:1], x, x[-1:] + chain.l[-1] * tangents[-1:]])
+    state = State(
+        places.ravel(),
+        np.pad(tangents, ((1, 1), (0, 0))).ravel(),
+        np.pad(d1, ((1, 1), (0, 0))).ravel(),
+        np.pad(twists, 1),
+    )
+    reactions = tuple(np.zeros(sum(end.support.held_displacement) if end.groove else 0) for end in chain.ends)
+    shape = Shape(state, np.zeros(chain.edges + 2), reactions)
+    chain.settled(shape)
+    return shape
+
+
+def _modes(found: Found, time: float, length: float, count: int) -> Modes:
+    """Return the lowest of what was found in SI units, of a rod whose unit of time is ``time``."""
+    z = found.values / time if np.iscomplexobj(found.values) else _roots(found.values / time**2)
+    leaves = (z.imag == 0.0) & (z.real != 0.0)
+    frequencies = np.where(leaves, -z.real, z.imag) / frames.turn + 0.0
+    alike = np.round(frequencies, 9 - int(np.ceil(np.log10(np.max(np.abs(frequencies)) or 1.0))))
+    order = np.lexsort((-z.real, alike))[:count]
+    moves = np.pad(found.shapes[:, order].T, ((0, 0), (0, 1))).reshape(len(order), -1, 4)
+    return Modes(frequencies[order], moves[:, :, :3], moves[:, :-1, 3], z.real[order], found.nodes * length)
+
+
+def _roots(squares: Array) -> NDArray[np.complex128]:
+    """Return z of z^2 = -squares, to the side to which a motion grows."""
+    root = np.sqrt(np.abs(squares))
+    return np.where(squares < 0.0, root, 1j * root)
 
 
 def _of_ring(ring: Ring, count: int, segments: int, about: Any, motion: dict[str, Any]) -> Modes:
@@ -91,72 +288,45 @@ def _of_ring(ring: Ring, count: int, segments: int, about: Any, motion: dict[str
         raise InvalidInput(
             "natural_modes of a Ring are those about its own equilibrium; leave out about and all that Motion takes."
         )
+    if any(isinstance(load, Rotation) for load in ring.loads):
+        raise InvalidInput("natural_modes states no Ring in a turning frame; leave the Rotation out.")
     if ring.rod.stretch:
         if ring.loads or ring.between:
             raise InvalidInput(
                 "natural_modes of a Ring that stretches are those of a free one; leave out loads and supports, or set "
                 "stretch=False."
             )
-        return _extrapolated(Motion(ring, 1.0, initial=solve(ring), **motion), 1.0, count, segments)
+        how = Motion(ring, 1.0, initial=solve(ring), **motion)
+        systems = [System(how, N) for N in (segments // 2, segments)]
+        coarse, fine = (_of_chain(system, count + vibrations.MARGIN) for system in systems)
+        gain = 0.0 if ring.jumps else 1.0 / ((segments / (segments // 2)) ** 2 - 1.0)
+        values, shapes = vibrations.extrapolated(coarse, fine, gain, False)
+        units = systems[1].units
+        return _modes(fine._replace(values=values, shapes=shapes), units.time, units.length, count)
     found = solve(ring, DiscreteRod(segments // 3, extrapolate=True)).modes(count)
     if found.frequencies is None:
         raise InvalidInput("natural_modes needs the rod's mass; give its material a density, or the Stiffness a mass.")
-    return Modes(found.frequencies, found.displacements, found.turns)
+    edges = 0.5 * (found.turns[:, 1:] + found.turns[:, :-1])
+    growth = np.where(found.frequencies < 0.0, -frames.turn * found.frequencies, 0.0)
+    return Modes(found.frequencies, found.displacements, edges, growth, found.s)
 
 
-def _modes(motion: Motion, load_factor: float, count: int, segments: int) -> Modes:
-    """Return the vibrations about the start of a motion by so many segments, of order 2."""
-    system = System(motion, segments)
+def _of_chain(system: System, k: int) -> Found:
+    """Return the k lowest modes of a ring in motion about its start."""
     state, _ = system.start()
-    if system.inextensible:
-        system.EA = np.full(system.segments, RIGID)
-        system.body = system.body_at(0.0)
     J = unknowns(system)
-    size = J.shape[1]
-    if count > size - 2:
-        raise InvalidInput(
-            f"natural_modes.count is {count}; {segments} segments, half of those asked for, have {size - 2} at most."
-        )
-    lower, mass = stiffness(system, state, load_factor, _carried(system)), mass_band(system, state)
-    M = joined(system, mass)
-    shift = SHIFT if system.ring is None else SHIFT_OF_RING
-    operator = LinearOperator((size, size), matvec=_inverse(system, lower + shift * mass, J), dtype=float)
-    start = np.random.default_rng(0).normal(size=size)
-    values, vectors = eigsh(M, k=count, M=M, sigma=-shift, OPinv=operator, v0=start, tol=1e-13)
-    order = np.argsort(values)
-    omega2 = values[order]
-    omega = np.sign(omega2) * np.sqrt(np.abs(omega2))
-    omega[np.abs(omega2) < shift] = 0.0
-    moves = np.pad((J @ vectors[:, order]).T, ((0, 0), (0, 1))).reshape(count, -1, 4)[:, : segments + 1]
-    return Modes(omega / (2.0 * np.pi * system.units.time), moves[:, :, :3], moves[:, :-1, 3])
-
-
-def _inverse(system: System, lower: Array, J: Any) -> Callable[[Array], Array]:
-    """Return what solves with a band by the unknowns."""
-    n = system.body.mass.size
-    if system.ring is not None:
-        return cast("Callable[[Array], Array]", splu(joined(system, lower).tocsc()).solve)
-    band.fix(lower, np.zeros(n), system.body.fixed)
-    if band.factor(lower, n) < 0:
-        raise InvalidInput(
-            "natural_modes: the stiffness about this shape is singular; take another number of segments."
-        )
-
-    def inverse(u: Array) -> Array:
-        right = J @ u.ravel()
-        band.solve(lower, n, right)
-        return np.asarray(J.T @ right)
-
-    return inverse
-
-
-def _carried(system: System) -> Array | float:
-    """Return the tension (N,) of an inextensible rod in the equilibrium that it vibrates about, which its lengths do not tell."""
-    about = system.motion.initial
-    if not (system.inextensible and isinstance(about, EquilibriumSolution)):
-        return 0.0
-    s = 0.5 * (system.nodes[1:] + system.nodes[:-1]) * system.units.length
-    return np.asarray(np.einsum("ni,ni->n", about.n(s), about.R(s)[:, :, 2]) / system.scale.force)
+    k = min(k, J.shape[1] - 2)
+    rod, M, inextensible = system.body.rod, joined(system, mass_band(system, state)), False
+    kappa = np.zeros(rod.kappa0.size)
+    discrete_rod.strains(state, rod.first, rod.stop, kappa)
+    size = np.linalg.norm(np.diff(state.x.reshape(-1, 3), axis=0), axis=1)
+    system.body = system.body._replace(rod=vibrations.without_material(rod, kappa, size / rod.l - 1.0))
+    G = joined(system, stiffness(system, state, 1.0, rod.EA * (size / rod.l - 1.0)))
+    E, L, B, C = vibrations.strains_of(state, rod, kappa, inextensible)
+    parts = Parts(csr_array(G), csr_array(E @ J), L, B, C, csr_array(M), J.T @ system.space.residual)
+    values, vectors = vibrations.lowest(parts, k)
+    cut = 4 * system.segments + 3
+    return Found(values, (J @ vectors)[:cut], system.nodes, system.mass[:cut])
 
 
 def mass_band(system: System, state: State) -> Array:

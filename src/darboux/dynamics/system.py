@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux import frames, profile
 from darboux.dynamics import closing, holding
-from darboux.dynamics.acting import FREE, HELD, TURNING, acting, datum, means, six, symmetric
+from darboux.dynamics.acting import FREE, HELD, TURNING, acting, datum, six, symmetric
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
 from darboux.kernels.band import LOWER
@@ -25,7 +25,7 @@ from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution
 from darboux.statics import coefficients
 from darboux.statics.coefficients import Scale
-from darboux.statics.discrete_chain import nodes_along
+from darboux.statics.discrete_chain import means, nodes_along, places_along
 from darboux.statics.discrete_ends import End
 from darboux.statics.first_shape import circle
 from darboux.statics.laying import laid
@@ -89,14 +89,14 @@ class System:
 
     def _discretise(self, problem: Equilibrium) -> None:
         """Average compliance, natural shape, mass and loads over the cells of the vertices and over the edges."""
-        x, scale, units = self.nodes, self.scale, self.units
+        x, scale, units, places = self.nodes, self.scale, self.units, places_along(problem)
         cells = np.concatenate([[0.0], 0.5 * (x[:-1] + x[1:]), [1.0]])
         V: Array = np.diff(cells)
 
         def columns(s: Array) -> Array:
             return coefficients.columns(problem, scale, s)
 
-        at_vertices, on_edges = means(columns, cells), means(columns, x)
+        at_vertices, on_edges = means(columns, cells, places), means(columns, x, places)
         compliance, k0 = symmetric(at_vertices[:, BINV : BINV + 6]), at_vertices[:, K0 : K0 + 3]
         self.V, compliance, k0 = (
             (V, compliance, k0) if self.ring is None else closing.joined(self.ring, V, compliance, k0)
@@ -107,11 +107,18 @@ class System:
         spins = [np.array(load.omega) for load in problem.loads if isinstance(load, Rotation)]
         self.frame_spin = spins[0] * units.time if spins else np.zeros(3)
         per_length = units.mass / units.length
-        mass = means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], cells)[:, 0] * np.diff(cells)
-        edges = means(lambda s: problem.rod.mass(s * units.length, "Motion")[:, None], x)[:, 0] / per_length * self.l
+
+        def inertia(s: Array) -> Array:
+            """The mass per length and, about the tangent, the rotary inertia (n, 2)."""
+            mass = problem.rod.mass(s * units.length, "Motion") / per_length
+            return np.stack(
+                [mass, rotary_inertia(self.motion, s * units.length) / (per_length * units.length**2)], axis=1
+            )
+
+        mass = means(inertia, cells, places)[:, 0] * V
+        edges, J = means(inertia, x, places).T * self.l
         self.sixth = self._chained(edges / 6.0 if self.spread else np.zeros(self.segments))
-        J = means(lambda s: self._rotary(s * units.length)[:, None], x)[:, 0] / (per_length * units.length**2) * self.l
-        packed = np.repeat(self._chained(mass / per_length)[:, None], 4, axis=1)
+        packed = np.repeat(self._chained(mass)[:, None], 4, axis=1)
         packed[:-1, 3] = self._chained(J)
         self.mass = packed.ravel()[:-1].copy()
         self._brake()
@@ -119,18 +126,6 @@ class System:
     def _chained(self, values: Array, again: float = 0.0) -> Array:
         """Return numbers of vertices or edges (n,) of the chain: a ring's have one more, that of what stands twice."""
         return values if self.ring is None else np.append(values, again)
-
-    def _rotary(self, s: Array) -> Array:
-        """Return the rotary inertia per length about the tangent, kg m, at s (n,)."""
-        if self.motion.rotary_inertia is not None:
-            return np.full(len(s), self.motion.rotary_inertia)
-        c = self.motion.problem.rod.stiffness(s)
-        if c.EA is None:
-            raise InvalidInput(
-                "motion.rotary_inertia is missing, and section.EA too, from which it would follow; give one of them."
-            )
-        mass = self.motion.problem.rod.mass(s, "Motion")
-        return np.asarray(mass * (c.EI1 + c.EI2) / c.EA)
 
     def _brake(self) -> None:
         units = self.units
@@ -347,7 +342,7 @@ class System:
             raise InvalidInput(f"motion.initial folds the rod back on itself at s = {s:.4g} m; give a smooth curve.")
         support = self.motion.problem.start
         R = support.R if support.clamps and support.R[:, 2] @ t[0] > FOLDED else frames_along(t[0])
-        d1 = _transported(R, along)
+        d1 = carried_along(R, along)
         if self.ring is None:
             return self._state(r, d1, None)
         return self._state(r, *closing.evenly_twisted(self.ring, r, t, d1, self.nodes, self.V))
@@ -527,28 +522,17 @@ def refuses(motion: Motion) -> str | None:
     return None
 
 
-def beyond(problem: Equilibrium) -> str | None:
-    """Return why a problem has no natural vibrations here, or None."""
-    for at in ENDS:
-        support = getattr(problem, at)
-        known = not support.holds or (
-            all(support.held_displacement) and (support.clamps or not any(support.held_rotation))
+def rotary_inertia(motion: Motion, s: Array) -> Array:
+    """Return the rotary inertia per length about the tangent, kg m, at s (n,)."""
+    if motion.rotary_inertia is not None:
+        return np.full(len(s), motion.rotary_inertia)
+    c = motion.problem.rod.stiffness(s)
+    if c.EA is None:
+        raise InvalidInput(
+            "motion.rotary_inertia is missing, and section.EA too, from which it would follow; give one of them."
         )
-        if not known or support.linear is not None or support.rotational is not None or problem.between:
-            return (
-                f"natural_modes states Clamped(), Pinned() and Free() ends and no supports between them, but problem.{at} is "
-                f"{type(support).__name__}(); use solve(problem, DiscreteRod()).modes()."
-            )
-    if any(isinstance(load, Rotation) for load in problem.loads):
-        return "Rotation brings Coriolis' force, by which vibrations are no natural modes: simulate a small motion instead."
-    ends = [problem.end_load(at) for at in ENDS]
-    loads = problem.distributed(np.linspace(0.0, problem.rod.length, 33))
-    follow = [part for load in (*ends, *problem.points.values()) for part in (load.section_force, load.section_moment)]
-    if any(np.any(part) for part in (loads.b, loads.lb, *follow)):
-        return (
-            "a load turns with the section, by which vibrations are no natural modes: simulate a small motion instead."
-        )
-    return refuses(Motion(problem, 1.0, "equilibrium", rotary_inertia=1.0))
+    mass = motion.problem.rod.mass(s, "Motion")
+    return np.asarray(mass * (c.EI1 + c.EI2) / c.EA)
 
 
 def _groups(motion: Motion) -> list[tuple[Any, int, list[Load]]]:
@@ -586,7 +570,7 @@ def new_space(N: int, closed: bool = False) -> Space:
     )  # fmt: skip
 
 
-def _transported(R: Array, t: Array) -> Array:
+def carried_along(R: Array, t: Array) -> Array:
     """Return the first directors of frames that do not twist along the tangents t (n, 3), from the frame R (3, 3) on."""
     d1 = np.empty_like(t)
     before, d = R[:, 2], R[:, 0]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import time
 from dataclasses import replace
-from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -18,12 +18,12 @@ from darboux import checks
 from darboux.checks import MOST_SEGMENTS, assign, description
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
-from darboux.modes import Modes
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status, same_branch
-from darboux.statics import discrete_fields, discrete_modes, hanging_chain, limits, load_path, pendulum
+from darboux.statics import discrete_fields, hanging_chain, limits, load_path, pendulum
 from darboux.statics.discrete_branch import ChainBranch
-from darboux.statics.discrete_chain import Chain, nodes_along, places_of_vertices
+from darboux.statics.discrete_chain import Chain, nodes_along, nodes_wanted
+from darboux.statics.discrete_modes import LowestModes
 
 CLAMPS = ("half_cell", "two_vertices")
 LARGEST_LOAD = 3e8  # dimensionless
@@ -126,12 +126,12 @@ class DiscreteRod:
     def _solved(self, problem: Equilibrium, parts: int) -> EquilibriumSolution:
         """Return the equilibrium on the nodes, or on those with each segment in two parts (a ring's: in three)."""
         began = time.perf_counter()
-        stations = places_of_vertices(problem, self.segments)
+        places = nodes_wanted(problem, self.segments)[0]
         held = problem.start.holds, problem.end.holds
         if isinstance(problem, Ring):
             nodes = (np.arange(parts * self.segments + 2) - 0.5) / (parts * self.segments)
         else:
-            nodes = nodes_along(self.segments, self.grading, *held, stations, parts - 1)
+            nodes = nodes_along(self.segments, self.grading, *held, places, parts - 1)
         chain = Chain(problem, nodes, self.clamp == "two_vertices")
         branch = ChainBranch(chain)
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
@@ -170,7 +170,7 @@ class DiscreteRod:
             discrete_fields.curve(chain, shape, path.load_factor, branch.gradient),
             load_factor=path.load_factor,
             index=path.index,
-            lowest_modes=partial(discrete_modes.modes, chain, shape, path.load_factor),
+            lowest_modes=LowestModes(((chain, shape, path.load_factor),)),
             elastic_parts=discrete_fields.elastic_parts(chain, shape, path.load_factor),
             statistics={
                 "seconds": time.perf_counter() - began,
@@ -185,6 +185,8 @@ class DiscreteRod:
         """Return Richardson's extrapolation at the coarse nodes, with what it changed in the fine answer as its error.
 
         y = y_fine + (y_fine - y_coarse) / (parts^p - 1),   p the order of each
+
+        Where a quantity jumps within a segment the error has no such law: the answer is the fine one, and its error that change.
         """
         if not fine.converged:
             return fine
@@ -195,7 +197,8 @@ class DiscreteRod:
                 "equilibria, or far apart; try more segments."
             )
             return replace(fine, status=Status(fine.status.code, message))
-        gain = 1.0 / (parts ** (self.order - 1) - 1)
+        lawful = nodes_wanted(fine.problem, self.segments)[1] and not (parts == 3 and fine.problem.jumps)
+        gain = 1.0 / (parts ** (self.order - 1) - 1) if lawful else 0.0
         next_to = np.clip(np.searchsorted(coarse.curve.s, fine.curve.s), 1, len(coarse.curve.s) - 1)
         gaps = [np.abs(coarse.curve.s[next_to - i] - fine.curve.s) for i in (0, 1)]
         common = np.minimum(*gaps) < 1e-9 * coarse.curve.s[-1]
@@ -209,19 +212,17 @@ class DiscreteRod:
         norm = np.linalg.norm(y[:, 3:7], axis=1, keepdims=True)
         y[:, 3:7] /= norm
         y[:, 16:20] /= norm
-        energies = tuple(
+        energies: Any = tuple(
             f + gain * (f - c) for c, f in zip(coarse.elastic_parts or (), fine.elastic_parts or (), strict=True)
         )
-        both = [x.lowest_modes for x in (coarse, fine) if x.lowest_modes is not None]
-
-        def lowest_modes(k: int) -> Modes:
-            a, b = (modes(k) for modes in both)
-            return discrete_modes.extrapolated(a, b, gain)
-
+        chains = [
+            own for x in (coarse, fine) if isinstance(x.lowest_modes, LowestModes) for own in x.lowest_modes.chains
+        ]
+        lowest_modes = LowestModes(tuple(chains), gain)
         answer = replace(
             fine, curve=Curve(coarse.curve.s, y[:, :13], y[:, 13:]), elastic_parts=energies, lowest_modes=lowest_modes
         )
-        change = np.abs(y - b)[[0, -1]]
-        tip = float(np.linalg.norm(answer.tip - fine.tip))
+        change = np.abs(y - b if lawful else b - a)[[0, -1]]
+        tip = float(np.linalg.norm(answer.tip - (fine if lawful else coarse).tip))
         error = ErrorEstimate(tip, float(np.max(change[:, 7:10])), float(np.max(change[:, 10:13])))
         return replace(answer, error=error)

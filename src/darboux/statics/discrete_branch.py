@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from darboux.kernels import band, discrete_rod
+from darboux.kernels.discrete_rod import Elasticity
 from darboux.statics import load_path
 from darboux.statics.discrete_chain import SLACK, Chain, Shape
 
@@ -44,10 +45,13 @@ class ChainBranch:
 
     # -- Newton's method -----------------------------------------------------------------------------------------
 
-    def assemble(self, shape: Shape, load_factor: float) -> float:
-        """Fill gradient and band (the general one where loads have no potential), of packed unknowns; return the energy."""
+    def assemble(self, shape: Shape, load_factor: float, rod: Elasticity | None = None) -> float:
+        """Fill gradient and band (the general one where loads have no potential), of packed unknowns; return the energy.
+
+        ``rod`` may be another one than the chain's own.
+        """
         self.chain.at(load_factor)
-        rod, loads = self.chain.elasticity(shape.T), self.chain.loads(load_factor)
+        rod, loads = rod or self.chain.elasticity(shape.T), self.chain.loads(load_factor)
         energy: float = discrete_rod.energy_gradient_hessian(
             shape.state, rod, loads, self.work, self.gradient, self.lower
         )

@@ -7,6 +7,7 @@ kernels see N + 2 edges and N + 3 vertices.
 
 from __future__ import annotations
 
+import copy
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
@@ -39,6 +40,7 @@ from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, circle
 from darboux.statics.laying import laid
 from darboux.statics.pendulum import hanging
+from darboux.supports import Free
 
 Array = NDArray[np.float64]
 
@@ -51,6 +53,8 @@ SHIFT = 1e-5  # of EI / L^3 and EI / L, per length: what is lent to motions that
 SHIFT_OF_RING = 1e-4  # the same, above the rounding of the penalty, which a ring that turns feels
 CLOSE = 0.05  # of a mean edge: a point load this close to another place acts from there
 GHOST = 0.5  # length of a ghost edge, over its neighbour's
+NOWHERE = np.zeros(0)
+APART = 0.25  # of a segment, between nodes that are put at two places
 
 
 class Shape(NamedTuple):
@@ -137,17 +141,30 @@ class Chain:
         )
         self.symmetric = stability.has_potential(problem)
         self._discretise()
-        ghosts = GHOST * self.l[[1, -2]]
-        self.ends = tuple(
-            End(problem, at, self.scale, float(ghost), self.unknowns, float(ghost) if self.closed else 0.0)
-            for at, ghost in zip(("start", "end"), ghosts, strict=True)
-        )
+        self.ends = self._ends_of(problem)
         self.between = self._stations()
         self._loaded = (0.0, Loads(np.zeros(self.f.size), np.zeros(self.C.size)))
         self.fixed = self._fixed()
         oriented = any(all(support.held_rotation) or support.rotational is not None for _, support in problem.supports)
         self.shift = SHIFT_OF_RING if self.closed else 0.0 if oriented else SHIFT
         self.shift *= max(1.0, float(np.max(self.EA)) / PENALTY)  # above the rounding of stiffer edges too
+
+    def _ends_of(self, problem: Equilibrium) -> tuple[End, End]:
+        first, last = (
+            End(problem, at, self.scale, float(ghost), self.unknowns, float(ghost) if self.closed else 0.0)
+            for at, ghost in zip(("start", "end"), GHOST * self.l[[1, -2]], strict=True)
+        )
+        return first, last
+
+    def released(self, at: Sequence[str]) -> Chain:
+        """Return the chain without the supports of those ends, as no problem of statics may be."""
+        chain = copy.copy(self)
+        chain.problem = copy.copy(self.problem)
+        for end in at:
+            object.__setattr__(chain.problem, end, Free())
+        chain.ends = self._ends_of(chain.problem)
+        chain.fixed = chain._fixed()
+        return chain
 
     # -- from the rod to the chain -------------------------------------------------------------------------------
 
@@ -160,8 +177,9 @@ class Chain:
         def columns(s: Array) -> Array:
             return coefficients.columns(self.problem, self.scale, s % 1.0 if self.closed else s)
 
-        at_vertices = _means(columns, cells)
-        on_edges = _ghosted(_means(columns, x))
+        self.places = places_along(self.problem)
+        at_vertices = means(columns, cells, self.places)
+        on_edges = _ghosted(means(columns, x, self.places))
         self.l, self.V = _ghosted(np.diff(x)), np.diff(cells)
         self.l[[0, -1]] = GHOST * self.l[[1, -2]]
         B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
@@ -667,11 +685,42 @@ def _one_each(nearest: Array, segments: int) -> Array:
     return np.asarray(np.minimum(rising, segments - count) + order)
 
 
-def _means(function: Callable[[Array], Array], nodes: Array) -> Array:
-    """Return the mean of a function (n,) -> (n, k) on each interval, by Gauss' rule of two points."""
-    middle, half = 0.5 * (nodes[:-1] + nodes[1:]), 0.5 * np.diff(nodes)
+def nodes_wanted(problem: Equilibrium, segments: int) -> tuple[list[float], bool]:
+    """Return the places in [0, 1] at which a rod's nodes should lie, its stations and jumps, and whether all jumps are there.
+
+    On a node a jump leaves the order, and the expansion of the error, what they are. One that lies next to another place stays
+    within a segment.
+    """
+    places = places_of_vertices(problem, segments)
+    left_out = False
+    for jump in (s / problem.rod.length for s in problem.jumps):
+        apart = min((abs(jump - x) for x in (0.0, 1.0, *places)), default=1.0) * segments
+        if apart > APART and len(places) < segments // 2:
+            places.append(jump)
+        else:
+            left_out = left_out or apart > 0.0
+    return sorted(places), not left_out and len(places) < segments
+
+
+def places_along(problem: Equilibrium) -> Array:
+    """Return where, from -1 to 2 for rings that go on, a quantity of the rod has a kink, jumps or is steep."""
+    places = np.array([*problem.breaks, *problem.steep_places]) / problem.rod.length
+    if not isinstance(problem, Ring):
+        return np.unique(places)
+    places = np.append(places, 0.0)
+    return np.unique(np.concatenate([places - 1.0, places, places + 1.0]))
+
+
+def means(function: Callable[[Array], Array], nodes: Array, places: Array = NOWHERE) -> Array:
+    """Return the mean of a function (n,) -> (n, k) on each interval, by Gauss' rule of two points between the places in it."""
+    inside = places[(places > nodes[0]) & (places < nodes[-1])]
+    x: Array = np.union1d(nodes, inside)
+    middle, half = 0.5 * (x[:-1] + x[1:]), 0.5 * np.diff(x)
     offset = half / np.sqrt(3.0)
-    return np.asarray(0.5 * (function(middle - offset) + function(middle + offset)))
+    parts = (function(middle - offset) + function(middle + offset)) * half[:, None]
+    if len(inside):
+        parts = np.add.reduceat(parts, np.searchsorted(x, nodes[:-1]), axis=0)
+    return np.asarray(parts / np.diff(nodes)[:, None])
 
 
 def symmetric(six: Array) -> Array:

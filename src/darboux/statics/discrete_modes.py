@@ -1,165 +1,201 @@
-"""The lowest modes of a chain's second variation, by shift and invert on the band.
-
-Source: Y. Saad, Numerical Methods for Large Eigenvalue Problems (SIAM, 2011), ch. 8, through ARPACK.
-"""
+"""The lowest modes of a chain: what its supports and loads make of its small motions, see vibrations.py for the rest."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix, diags
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse import block_diag, csr_array, diags_array, identity, kron
 
 from darboux import frames
 from darboux.errors import InvalidInput
-from darboux.kernels import band
+from darboux.kernels import band, discrete_rod
 from darboux.modes import Modes
+from darboux.statics import vibrations
 from darboux.statics.discrete_branch import ChainBranch
-from darboux.statics.discrete_chain import Chain, Shape
+from darboux.statics.discrete_chain import Chain, Shape, means
+from darboux.statics.discrete_ends import cross_matrix
+from darboux.statics.vibrations import Found, Parts
 
 Array = NDArray[np.float64]
 
 LIGHTEST = (
-    1e-9  # of the rod's mass, per length: what has none, as what is held, is a mode of no interest, but must be one
+    1e-9  # of the rod's mass, per length: the rotary inertia of an edge that has none, whose mode is of no interest
 )
-FREE = 1e-3  # of EI / L^3, by the softer axis: a stiffness below this is that of a free motion, and rounding
-STIFFER = 100.0  # times the penalty of an inextensible rod, whose modes would else stretch a little
 
 
-def modes(chain: Chain, shape: Shape, load_factor: float, k: int) -> Modes:
-    """Return the k lowest modes. Raises ``InvalidInput`` where the loads have no potential, or k is too large."""
-    if not chain.symmetric:
-        raise InvalidInput("solution.modes needs loads with a potential, but a moment, a couple or a follower acts.")
-    if k > chain.edges:
-        raise InvalidInput(f"solution.modes has k = {k}; with {chain.edges} segments it may be at most {chain.edges}.")
-    inertia, mass = _inertia(chain)
-    free = chain.closed and not chain.problem.loads
-    K, M, packed = _free_ring(chain, shape, inertia) if free else _held(chain, shape, load_factor, inertia)
-    factors, below = _shifted(K, M)
-    operator = LinearOperator(K.shape, matvec=factors.solve)
-    start = np.random.default_rng(1).normal(size=K.shape[0])
-    values, vectors = eigsh(K, k, M, sigma=below, OPinv=operator, v0=start)
-    order = np.argsort(values)
-    values = np.where(np.abs(values) < FREE * _softest(chain), 0.0, values)
-    return _modes(chain, values[order], [packed(own) for own in vectors.T[order]], mass)
+@dataclass(frozen=True)
+class LowestModes:
+    """What `solution.modes` asks: the modes of an equilibrium of a chain, or of two, of which the second is finer."""
+
+    chains: tuple[tuple[Chain, Shape, float], ...]  # each with the shape and the load factor
+    gain: float = 0.0  # of the extrapolation
+
+    def __call__(self, k: int) -> Modes:
+        """Return the k lowest modes. Raises ``InvalidInput`` where the loads have no potential, or k is too large."""
+        chain = self.chains[-1][0]
+        most = self.chains[0][0].edges
+        if not chain.symmetric:
+            raise InvalidInput(
+                "solution.modes needs loads with a potential, but a moment, a couple or a follower acts; use natural_modes."
+            )
+        if k > most:
+            raise InvalidInput(f"solution.modes has k = {k}; with {most} segments it may be at most {most}.")
+        if self.gain == 0.0:
+            return _modes(chain, _found(*self.chains[-1], k))
+        coarse, fine = (_found(*own, min(k + vibrations.MARGIN, own[0].edges)) for own in self.chains)
+        values, shapes = vibrations.extrapolated(coarse, fine, self.gain, False)
+        order = np.argsort(values)[:k]
+        return _modes(chain, fine._replace(values=values[order], shapes=shapes[:, order]))
 
 
-def extrapolated(coarse: Modes, fine: Modes, gain: float) -> Modes:
-    """Return the modes with their stiffness, and the squares of their frequencies, extrapolated (Richardson)."""
-    stiffness = fine.stiffness + gain * (fine.stiffness - coarse.stiffness)
-    frequencies = None
-    if fine.frequencies is not None and coarse.frequencies is not None:
-        squares = fine.frequencies**2 + gain * (fine.frequencies**2 - coarse.frequencies**2)
-        frequencies = np.sqrt(np.where(squares < 0.0, np.nan, squares))
-    return replace(fine, stiffness=stiffness, frequencies=frequencies)
+def _found(chain: Chain, shape: Shape, load_factor: float, k: int) -> Found:
+    parts, packed = parts_of(chain, shape, load_factor, inertia(chain))
+    values, vectors = vibrations.lowest(parts, k)
+    return in_shapes(chain, values, packed @ vectors)
 
 
-def _softest(chain: Chain) -> float:
-    """Return the least bending stiffness, dimensionless."""
-    c = chain.problem.rod.stiffness(chain.nodes[1:-1] % 1.0 * chain.scale.length)
-    return float(min(np.min(c.EI1), np.min(c.EI2))) / (chain.scale.moment * chain.scale.length)
+def in_shapes(chain: Chain, values: Array, packed: Array) -> Found:
+    """Return what was found, by packed unknowns of the rod itself, without its ghosts."""
+    weights = inertia(chain).diagonal()
+    shapes = packed[4:-4]
+    if chain.closed:  # the first edge and the last are one: from its middle to its middle
+        shapes, turn = shapes.copy(), packed[7]
+        middle = 0.5 * (packed[4:7] + packed[8:11])
+        shapes[:3], shapes[-3:], shapes[3], shapes[-4] = middle, middle, turn, turn
+    return Found(values, shapes, chain.nodes, weights[4:-4])
 
 
-def _inertia(chain: Chain) -> tuple[Array, float | None]:
-    """Return the band of the norm by packed unknowns, a share of the whole, and the rod's mass in kg.
+def mass_along(chain: Chain) -> Array | None:
+    """Return the mass of each edge in kg, a ring's last one, which is its first, with none; None for a rod without mass."""
+    rod, L = chain.problem.rod, chain.scale.length
+    if rod.stiffness(np.zeros(1)).mass is None:
+        return None
+
+    def per_length(x: Array) -> Array:
+        return rod.mass((x % 1.0 if chain.closed else x) * L, "solution.modes")[:, None]
+
+    pieces = means(per_length, chain.nodes, chain.places)[:, 0] * chain.l[1:-1] * L
+    pieces[-1] *= not chain.closed
+    return pieces if np.any(pieces > 0.0) else None
+
+
+def inertia(chain: Chain, rotary: Array | None = None) -> Any:
+    """Return the sparse norm by packed unknowns, a share of the whole; ``rotary`` inertias of the edges, over m L^2.
 
     It is spread along the edges: 1/2 w (|dr_i|^2 + |dr_j|^2) - 1/6 w |dr_j - dr_i|^2 for an edge with the share w.
     """
     rod, L = chain.problem.rod, chain.scale.length
-    middles = 0.5 * (chain.nodes[1:] + chain.nodes[:-1]) % 1.0 * L
-    per_length = rod.stiffness(middles).mass
-    pieces = chain.l[1:-1] * (np.ones(chain.edges) if per_length is None else per_length)
-    pieces[-1] *= not chain.closed  # the first edge once more
-    total = float(np.sum(pieces))
-    mass = None if per_length is None or total == 0.0 else total * L
-    pieces = chain.l[1:-1] if total == 0.0 else pieces / total
-    gyration = np.zeros(chain.edges)
-    if rod.section.has_shape:
-        g = rod.section.geometry(middles, rod.material.nu)
-        gyration = (g.I1 + g.I2) / (g.A * L**2)
-    lower = np.zeros((chain.edges + 3, 4, band.LOWER))
-    lower[1:-2, :3, 0] += pieces[:, None] / 3.0
-    lower[2:-1, :3, 0] += pieces[:, None] / 3.0
-    lower[1:-2, :3, 4] = pieces[:, None] / 6.0  # the next vertex is four unknowns on
-    lower[1:-2, 3, 0] = pieces * gyration
-    return lower.ravel()[: -band.LOWER].copy(), mass
+    mass = mass_along(chain)
+    pieces = (
+        chain.l[1:-1] * (np.arange(chain.edges) < chain.edges - chain.closed) if mass is None else mass / np.sum(mass)
+    )
+    if rotary is None:
+        rotary = np.zeros(chain.edges)
+        if rod.section.has_shape:
+            middles = 0.5 * (chain.nodes[1:] + chain.nodes[:-1]) % 1.0 * L
+            g = rod.section.geometry(middles, rod.material.nu)
+            rotary = pieces * (g.I1 + g.I2) / (g.A * L**2)
+    rotary = np.maximum(rotary, LIGHTEST / chain.edges)
+    if chain.closed:
+        rotary[-1] = 0.0
+    w = np.pad(pieces, 1)
+    vertices = (w[:, None] * np.ones(3)).ravel()
+    edges = np.arange(chain.edges + 2)
+    first = (4 * edges[:, None] + np.arange(3)).ravel()
+    rows = np.concatenate([first, first + 4, first, first + 4, 4 * edges + 3])
+    columns = np.concatenate([first, first + 4, first + 4, first, 4 * edges + 3])
+    values = np.concatenate([vertices / 3.0, vertices / 3.0, vertices / 6.0, vertices / 6.0, np.pad(rotary, 1)])
+    return csr_array((values, (rows, columns)), shape=(chain.unknowns, chain.unknowns))
 
 
-def _held(chain: Chain, shape: Shape, load_factor: float, inertia: Array) -> tuple[Any, Any, Any]:
-    """Return stiffness and mass by the supports' unknowns, and what makes packed unknowns of these."""
+def coriolis(mass: Any, spin: Array) -> Any:
+    """Return the sparse matrix of 2 m spin x v by packed unknowns, from the mass by these (its turns left out)."""
+    blocks = mass[::4, ::4]  # the same for x, y and z
+    padded = np.zeros((4, 4))
+    padded[:3, :3] = 2.0 * cross_matrix(spin)
+    n = mass.shape[0]
+    return csr_array(kron(blocks, padded, format="csr")[:n, :n])
+
+
+def parts_of(chain: Chain, shape: Shape, load_factor: float, mass: Any, damping: Any = None) -> tuple[Parts, Any]:
+    """Return the chain's stiffness and mass in their parts, and what makes packed unknowns of those that nothing holds."""
     branch = ChainBranch(chain)
-    stiffness, shift, chain.shift = chain.EA.copy(), chain.shift, 0.0  # a free motion has no stiffness
-    if chain.inextensible:
-        chain.EA[1:-1] *= STIFFER
-    branch.assemble(shape, load_factor)
-    branch.hold(shape, load_factor)
-    chain.EA[:], chain.shift = stiffness, shift
-    chain.transform(shape, inertia)
-    band.fix(inertia, np.zeros(chain.unknowns), chain.fixed)
-    inertia[:: band.LOWER][chain.fixed] = 0.0
-    return _sparse(branch.lower), _weighty(_sparse(inertia), chain), lambda own: chain.packed(shape, own)
+    rod, T = chain.elasticity(shape.T), shape.T.copy()
+    free_ring = chain.closed and not chain.problem.loads
+    if (
+        free_ring
+    ):  # the last edge and its two vertices are the first ones; the sections' frames there are held by nothing
+        T[1], T[-2] = 0.5 * (T[2] + T[-3]), 0.0
+        rod = rod._replace(T=T, EA=np.where(np.arange(len(T)) < len(T) - 2, rod.EA, 0.0))
+        rod.EA[0] = 0.0
+    kappa = np.zeros(3 * (chain.edges + 3))
+    discrete_rod.strains(shape.state, rod.first, rod.stop, kappa)
+    stretch = np.pad(chain.stretch(shape), 1)
+    lent, chain.shift = chain.shift, 0.0  # a free motion has no stiffness
+    branch.assemble(shape, load_factor, vibrations.without_material(rod, kappa, stretch))
+    E, L, B, C = vibrations.strains_of(shape.state, rod, kappa, chain.inextensible)
+    if free_ring:
+        own = 4 * (chain.edges - 1)  # from the first vertex on; before it is a ghost
+        rows = np.arange(own + 7)
+        P = csr_array((np.ones(own + 7), (rows + 4, rows % own)), shape=(chain.unknowns, own))
+        held = P
+    else:
+        branch.hold(shape, load_factor)
+        held = csr_array(identity(chain.unknowns, format="csr")[:, ~chain.fixed])
+        P = _packing(chain, shape) @ held
+    chain.shift = lent
+    K = _symmetric(branch.lower) if branch.general is None else _general(branch.general)
+    D = None if damping is None else csr_array(P.T @ damping @ P)
+    g = held.T @ branch.gradient
+    return Parts(csr_array(held.T @ K @ held), csr_array(E @ P), L, B, C, csr_array(P.T @ mass @ P), g, D), P
 
 
-def _free_ring(chain: Chain, shape: Shape, inertia: Array) -> tuple[Any, Any, Any]:
-    """Return stiffness and mass of a ring that nothing holds: the last edge and its two vertices are the first ones."""
-    branch = ChainBranch(chain)
-    stiffness, T = chain.EA.copy(), shape.T.copy()
-    chain.EA[1:-1] *= STIFFER
-    T[1] = 0.5 * (T[2] + T[-3])
-    T[-2] = 0.0
-    chain.EA[[0, -2, -1]] = 0.0
-    branch.assemble(shape._replace(T=T), 1.0)
-    chain.EA[:] = stiffness
-    own = 4 * (chain.edges - 1)  # from the first vertex on; before it is a ghost
-    rows = np.arange(own + 7)
-    join = csc_matrix((np.ones(own + 7), (rows + 4, rows % own)), shape=(chain.unknowns, own))
-    K, M = (join.T @ _sparse(matrix) @ join for matrix in (branch.lower, inertia))
-    return K.tocsc(), _weighty(M, chain), lambda own: join @ own
+def _packing(chain: Chain, shape: Shape) -> Any:
+    """Return the sparse matrix of `Chain.packed`."""
+    blocks = [(end.block.part, end.transformation(R)) for end, _, _, R in chain._ends(shape.state)]
+    blocks += [(block.part, conditions.support.displacement_axes) for _, conditions, block in chain.between]
+    parts, at = [], 0
+    for part, T in sorted(blocks, key=lambda block: block[0].start):
+        parts += [identity(part.start - at), T]
+        at = part.stop
+    return block_diag([part for part in parts if part.shape[0]], format="csr")
 
 
-def _sparse(lower: Array) -> Any:
+def _symmetric(lower: Array) -> Any:
     """Return a symmetric band as a sparse matrix."""
     rows = lower.reshape(-1, band.LOWER)
     columns = [rows[: len(rows) - i, i] for i in range(band.LOWER)]
-    return diags([*columns, *columns[1:]], [*range(0, -band.LOWER, -1), *range(1, band.LOWER)], format="csc")
+    return diags_array(
+        [*columns, *columns[1:]], offsets=[*range(0, -band.LOWER, -1), *range(1, band.LOWER)], format="csr"
+    )
 
 
-def _weighty(M: Any, chain: Chain) -> Any:
-    """Return the mass with a little for those unknowns that have none."""
-    least = LIGHTEST / chain.edges
-    return (M + diags([np.maximum(least - M.diagonal(), 0.0)], [0])).tocsc()
+def _general(general: Array) -> Any:
+    """Return a band as a sparse matrix."""
+    columns = general.reshape(-1, band.FULL)  # row i of column j stands at REACH + i - j
+    n, reach = len(columns), band.REACH
+    offsets = range(-reach, reach + 1)
+    return diags_array(
+        [columns[max(k, 0) : n + min(k, 0), reach - k] for k in offsets], offsets=list(offsets), format="csr"
+    )
 
 
-def _shifted(K: Any, M: Any) -> tuple[Any, float]:
-    """Return the factors of K - shift M, and a shift below all eigenvalues."""
-    shift = -1.0
-    while True:
-        factors = splu(
-            K - shift * M, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-        if np.all(factors.U.diagonal() > 0.0):  # rows and columns in one order, so that Sylvester's law holds
-            return factors, shift
-        shift *= 4.0
-
-
-def _modes(chain: Chain, values: Array, vectors: list[Array], mass: float | None) -> Modes:
-    displacements, turns = [], []
-    for packed in vectors:
-        step = np.append(packed, 0.0).reshape(-1, 4)
-        dr, turn = step[1:-1, :3], 0.5 * (step[:-2, 3] + step[1:-1, 3])  # the angle of an edge stands before its vertex
-        if chain.closed:  # from the middle of the held edge to its middle
-            dr, turn = dr.copy(), turn.copy()
-            dr[0] = dr[-1] = 0.5 * (dr[0] + dr[1])
-            turn[0] = turn[-1] = step[1, 3]
-        largest = dr.ravel()[np.argmax(np.abs(dr))]
-        sign = 1.0 if largest >= 0.0 else -1.0
-        displacements.append(sign * dr)
-        turns.append(sign * turn)
+def _modes(chain: Chain, found: Found) -> Modes:
+    values, k = found.values, len(found.values)
+    packed = np.vstack([found.shapes, np.zeros((1, k))]).T.reshape(k, -1, 4)
+    displacements, edges = packed[:, :, :3], packed[:, :-1, 3]
+    ends = (edges[:, :1], edges[:, -1:]) if chain.closed else (0.5 * edges[:, :1], 0.5 * edges[:, -1:])
+    turns = np.concatenate([ends[0], 0.5 * (edges[:, 1:] + edges[:, :-1]), ends[1]], axis=1)
+    largest = displacements.reshape(k, -1)[np.arange(k), np.argmax(np.abs(displacements.reshape(k, -1)), axis=1)]
+    sign = np.where(largest >= 0.0, 1.0, -1.0)
     stiffness = values * (chain.scale.force / chain.scale.length)
-    frequencies = None if mass is None else np.sqrt(np.where(stiffness < 0.0, np.nan, stiffness) / mass) / frames.turn
-    turned = np.array(turns) / chain.scale.length
+    mass = mass_along(chain)
+    frequencies = None
+    if mass is not None:
+        frequencies = np.sign(stiffness) * np.sqrt(np.abs(stiffness) / np.sum(mass)) / frames.turn
+    turned = sign[:, None] * turns / chain.scale.length
     s = np.clip(chain.nodes, 0.0, 1.0) * chain.scale.length
-    return Modes(s, np.array(displacements), turned, stiffness, frequencies)
+    return Modes(s, sign[:, None, None] * displacements, turned, stiffness, frequencies)
