@@ -72,7 +72,9 @@ LOADS = {
     "point force": dx.PointForce((2, 1, -1), at=0.37),
     "point force, follower": dx.PointForce((2, 1, -1), at=0.37, follower=True),
     "point force off the centre": dx.PointForce((2, 1, -1), at=0.37, offset=(0.2, -0.1, 0.15)),
-    "point force off the centre, follower": dx.PointForce((2, 1, -1), at=0.37, follower=True, offset=(0.2, -0.1, 0.15)),
+    "point force off the centre that turns": dx.PointForce(
+        (0.5, 0.3, -0.3), at=0.37, follower=True, offset=(0.2, -0.1, 0.15)
+    ),
     "point moment": dx.PointMoment((0.5, 1, 0.3), at=0.37),
     "point moment, follower": dx.PointMoment((0.5, 1, 0.3), at=0.37, follower=True),
     "end force off the centre": dx.EndForce((1, 1, -1), offset=(0.2, -0.1, 0.3)),

@@ -451,6 +451,7 @@ def moved(problem, R, shift):
         value = getattr(load, name)
         new = (lambda s: value(s) @ R.T) if callable(value) else R @ np.array(value)
         rest = {"at": load.at} if hasattr(load, "at") else {}
+        rest |= {"offset": load.offset} if isinstance(load, EndForce) else {}  # in the section's frame
         return type(load)(**{name: new}, **rest)
 
     def carried_along(support):

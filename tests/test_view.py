@@ -256,7 +256,7 @@ def test_a_force_off_the_centre_is_drawn_where_it_acts(bent: dx.EquilibriumSolut
     acts_at = along.r[-1] + along.R[-1] @ e
     np.testing.assert_allclose(arm.points[[0, -1]].mean(axis=0), 0.5 * (along.r[-1] + acts_at), atol=2e-3)
     points = np.concatenate([part.points for part in arrow])
-    assert np.max(points[:, 1]) < acts_at[1]  # it pushes: its head lies just before the point
+    assert np.min(points[:, 1]) == pytest.approx(acts_at[1] + 0.6 * 0.004)  # it pulls
     np.testing.assert_allclose(points.mean(axis=0)[[0, 2]], acts_at[[0, 2]], atol=1e-9)
 
 
