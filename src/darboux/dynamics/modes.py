@@ -68,7 +68,8 @@ def natural_modes(problem: Any, count: int = 6, *, segments: int = 200, about: A
     Arguments: ``problem`` an ``Equilibrium``, whose supports hold as in statics and whose loads act where ``about`` is an
     ``EquilibriumSolution`` of it, or "equilibrium", and not about the unloaded shape (None); a ``Rod``, which nothing holds; or
     a ``Ring``, which vibrates about its equilibrium, free where no load acts, as a ring that stretches must be. ``count``;
-    ``segments``, 6 or more; and whatever ``Motion`` takes, such as ``release`` for free ends.
+    ``segments``, 6 or more; and whatever ``Motion`` takes, such as ``release`` for free ends. Where neither ``rotary_inertia`` nor
+    EA is given, twist has no inertia, and follows statically.
 
     A ``Rotation`` turns the frame in which all is seen: its centrifugal force acts, about None too (which then is the
     equilibrium), and Coriolis' force, D, makes modes whirl: they are those of the turning frame, where a round shaft whirls
@@ -143,7 +144,8 @@ class _Vibrations:
         def rotary(x: Array) -> Array:
             return rotary_inertia(how, x * scale.length)[:, None] / (self.mass * scale.length)
 
-        J = means(rotary, nodes, chain.places)[:, 0] * np.diff(nodes)
+        known = how.rotary_inertia is not None or problem.rod.stiffness(np.zeros(1)).EA is not None
+        J = means(rotary, nodes, chain.places)[:, 0] * np.diff(nodes) if known else np.zeros(chain.edges)
         self.inertia = discrete_modes.inertia(self.chain, J)
         self.time = float(np.sqrt(self.mass * scale.length / scale.force))
 
