@@ -521,4 +521,7 @@ def same_branch(a: EquilibriumSolution, b: EquilibriumSolution) -> bool:
     s = np.linspace(0.0, L, 101)
     m = [a.m(s), b.m(s)]
     sizes = [float(np.sqrt(np.mean(np.sum(x**2, axis=1)))) for x in (m[0] - m[1], *m)]
-    return sizes[0] <= LIKE * max(sizes[1:]) + NO_MOMENT * float(np.max(b.problem.rod.stiffness(s).EI1)) / L
+    # Polygons of a bent rod miss its natural curvature by (k0 h)^2, which is no difference of branches.
+    k0 = float(np.max(np.linalg.norm(b.problem.rod.k0(s), axis=1)))
+    missed = NO_MOMENT / L + k0 * (k0 * float(np.max(np.diff(a.curve.s)))) ** 2
+    return sizes[0] <= LIKE * max(sizes[1:]) + missed * float(np.max(b.problem.rod.stiffness(s).EI1))
