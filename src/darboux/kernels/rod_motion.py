@@ -132,7 +132,8 @@ LARGEST_TURN = 1.5  # rad; a change above this leads nowhere
 STILL = 1e-10  # of the energy of a spring: below this its change is not corrected, for that would be rounding
 LARGEST_SHARE = 0.5  # of B dk in the correction (4), which is left out where dk all but vanishes and c is huge
 RENEWED, KEPT = 0.0, 1.0  # the correction (4) in an iteration
-NEARLY = 1e-4  # rad; changes from which on it is kept where they do not shrink soon
+NEARLY = 1e-4  # rad; changes from which on it is kept where they shrink too slowly,
+SLOW = 0.5  # of the change before
 PENALTY = 1e3  # of an inextensible edge, times 1 / tau^2
 
 MOST_TURNS = 30  # of a ghost, until it stands in equilibrium
@@ -1140,8 +1141,8 @@ def stage(
     """Solve eq. (1) from a guess of V, which it replaces; `now` is where the rod then is. Return the iterations, or -1.
 
     `tolerance` bounds Newton's last change, as a turn in rad; what is left is its square or a small part of it. Newton's
-    matrix leaves out how the correction (4) changes, which does not vanish where a spring is almost still (c B dk ~ 1 / dk): once
-    changes are small the correction is kept. The work that it lacks then is of their size times its own.
+    matrix leaves out how the correction (4) changes, which does not vanish where a spring is almost still (c B dk ~ 1 / dk): where
+    small changes shrink slowly the correction is kept. The work that it lacks then is of their size times its own.
     """
     base, step, residual, lower, _, later, before, correction, expected, reaction, _, _, border, corner = space
     rate, n = 1.0 / tau, V.size
@@ -1186,7 +1187,7 @@ def stage(
                 place(old, base, tau, V, row, body, step, now)
                 return iteration
             done = iteration  # the reactions to a tension that the last change made, for their work
-        if size <= FLOOR or (iteration >= PATIENCE and size <= NEARLY):
+        if iteration >= PATIENCE and size <= NEARLY and size > SLOW * last:
             correction[correction.size - 1] = KEPT
         last = size
     return -1
