@@ -314,7 +314,7 @@ def test_what_can_not_be_held_is_named() -> None:
     with pytest.raises(dx.InvalidInput, match=r"loads\[0\].at is 1.5 m, but the rod ends at 1 m"):
         dx.Equilibrium(UNIT, loads=[dx.PointForce((1, 0, 0), at=1.5)])
     for method in (dx.Shooting(), dx.Elastica()):
-        with pytest.raises(dx.InvalidInput, match="[Uu]se Collocation"):
+        with pytest.raises(dx.InvalidInput, match=r"[Uu]se Collocation"):
             dx.solve(dx.Equilibrium(UNIT, end=dx.Roller(along=UP)), method)
 
 

@@ -353,7 +353,7 @@ def test_what_darboux_and_a_file_hold(run: Any) -> None:
         assert words in text
     run("new", "hanging-cable")
     assert "Clamped at s = 0 m, Clamped at s = " in run("info", "hanging-cable.toml").stdout
-    run("solve", "hanging-cable.toml", "--out", "a.nc", "-q")
+    assert "0 and 0 degrees below the horizontal" in run("solve", "hanging-cable.toml", "--out", "a.nc").stdout
     found = json.loads(run("info", "a.nc", "--json").stdout)
     assert found["kind"] == "result"
     assert scenario.parse(found["scenario"]).problem == dx.load("hanging-cable.toml")

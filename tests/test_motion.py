@@ -572,3 +572,10 @@ def test_steps_do_not_stall_where_a_spring_is_almost_still() -> None:
     assert x.statistics["halvings"] == 0
     assert x.statistics["steps"] == 250
     assert x.energy.drift < 1e-4
+
+
+def test_points_are_no_initial_shape() -> None:
+    problem = dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, mass=1.0)))
+    for wrong in (np.zeros((5, 3)), [[0, 0, 0], [0, 0, 1]], "rest"):
+        with pytest.raises(dx.InvalidInput, match=r"motion.initial is .*; it must be 'unloaded', 'equilibrium', an"):
+            dx.Motion(problem, 0.1, rotary_inertia=1e-3, initial=wrong)

@@ -327,5 +327,6 @@ def test_measured_points_are_drawn_in_the_unit_of_the_axes() -> None:
     xy = np.stack(crosses.get_data(), axis=1)
     every = np.stack(curve.get_data(), axis=1)
     assert np.max(np.min(np.linalg.norm(xy[:, None] - every[None], axis=2), axis=1)) < 1e-3 * np.max(np.abs(every))
-    with pytest.raises(dx.InvalidInput, match=r"plot.points"):
-        solution.plot(points=[0.0, 1.0, 2.0])
+    for wrong in ([0.0, 1.0, 2.0], [], [[0.0, 1.0]], [[0.0, 1.0], [2.0]], "a", [[0.0, 1.0, np.nan]]):
+        with pytest.raises(dx.InvalidInput, match=r"plot.points is .*; (it must be rows of 3 numbers in m|.* finite)"):
+            solution.plot(points=wrong)

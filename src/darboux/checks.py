@@ -202,6 +202,17 @@ def array(field: str, value: object, shape: tuple[int, ...], unit: str = "") -> 
     return result
 
 
+def rows(field: str, value: object, width: int, unit: str = "") -> NDArray[np.float64]:
+    """Return a new float array of one row or more of ``width`` finite numbers."""
+    try:
+        result = real_array(value)
+    except (TypeError, ValueError, OverflowError):
+        result = np.empty(0)
+    if result.ndim != 2 or result.shape[1] != width or not len(result):
+        raise InvalidInput(f"{field} is {shown(value)}; it must be rows of {width} numbers{in_unit(unit)}.")
+    return array(field, result, result.shape, unit)
+
+
 def real_array(value: object) -> NDArray[np.float64]:
     """Return a new float array; raises ``TypeError`` or ``ValueError`` for text, complex numbers and ragged lists."""
     raw = np.array(value)

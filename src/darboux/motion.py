@@ -235,7 +235,9 @@ class Motion:
                 raise InvalidInput("motion.initial is the equilibrium of another rod; solve it for motion.problem.rod.")
         elif self.initial is None:
             assign(self, initial="unloaded")
-        elif not callable(self.initial) and self.initial not in ("unloaded", "equilibrium"):
+        elif not callable(self.initial) and not (
+            isinstance(self.initial, str) and self.initial in ("unloaded", "equilibrium")
+        ):
             raise InvalidInput(
                 f"motion.initial is {checks.shown(self.initial)}; it must be 'unloaded', 'equilibrium', an EquilibriumSolution or "
                 "a function of s."

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from darboux import balance, cable, checks, frames, link, materials, mistakes, stress
 from darboux.balance import Balance
 from darboux.cable import Cable
-from darboux.checks import ONE_PLACE, array, real_array, shown, whole
+from darboux.checks import ONE_PLACE, real_array, rows, shown, whole
 from darboux.curve import Curve, Side, gauss_points
 from darboux.dataset import dataset
 from darboux.errors import InvalidInput, NotConverged
@@ -480,7 +480,7 @@ class EquilibriumSolution:
         from darboux.view import shapes, style
 
         if points is not None:
-            points = array("plot.points", points, (len(points) if np.ndim(points) else 1, 3), "m")
+            points = rows("plot.points", points, 3, "m")
         return shapes.shape(self, ax, style.shown_figure(), points)
 
     def plot_fields(self, *names: str, ax: Any = None) -> list[Axes]:

@@ -86,9 +86,9 @@ def table(solution: EquilibriumSolution, title: str, seconds: float) -> Table:
             (f"moment at {where}", f"{vector_text(reaction.moment, largest, error.moments)} N m"),
         ]
     if cable := solution.cable:
-        start, end = cable.angles
+        start, end = (round(angle, 6) + 0.0 for angle in cable.angles)  # rounding is no angle
         rows += [
-            ("sag", f"{cable.sag:.6g} m over a span of {cable.span:.6g} m"),
+            ("sag", f"{0.0 if cable.sag <= (error.tip or 0.0) else cable.sag:.6g} m over a span of {cable.span:.6g} m"),
             ("largest tension", f"{cable.tension:.6g} N at s = {cable.at:.4g} m"),
             ("end angles", f"{start:.4g} and {end:.4g} degrees below the horizontal"),
             ("loaded length", f"{cable.length:.9g} m"),

@@ -12,6 +12,8 @@ from darboux.errors import InvalidInput
 
 Place = tuple[str | int, ...]
 
+QUOTES_OF_PRINT = re.compile("[\u2018\u2019\u201c\u201d\u201e\u00ab\u00bb]")  # which text editors put in
+
 # Where keys belong that stand at the top of a file, or in its rod, by mistake.
 HOMES = {
     "rod.material": ("E", "nu", "G", "density"),
@@ -69,6 +71,8 @@ def _remedy(line: str, fault: str) -> str:
     bare = value.partition("#")[0].strip()
     if "twice" in fault or "overwrite" in fault.lower():
         return "this name is there already; state each table and each key once"
+    if QUOTES_OF_PRINT.search(bare):
+        return f"write straight quotes: {key} = {QUOTES_OF_PRINT.sub(chr(34), bare)}"
     if line.count('"') % 2:
         return "a quote is missing"
     if not sign and not line.startswith("["):

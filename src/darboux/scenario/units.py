@@ -37,11 +37,20 @@ EXAMPLE = {"m": "25 cm", "Pa": "1 MPa", "kg/m^3": "1000 kg/m^3", "N": "2 N", "s"
 QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,6})?)\s*(.*?)\s*")
 DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 THOUSANDS = re.compile(r",\d{3}(?!\d)")
+GROUPED = re.compile(r"\d+(?:[.,]\d+){2,}")  # more than one sign: those before the last part thousands
 NAME = r"[A-Za-zµμΩ°%]+(?:(?:\*\*|\^)-?\d)?"
 UNIT = re.compile(
     rf"(?:1?\s*/\s*)?{NAME}(?:(?:\s*[*/·]\s*|\s+){NAME}){{0,7}}"
 )  # nothing that pint would compute at length
 LONGEST_UNIT, LONGEST_QUANTITY = 60, 500  # letters
+
+
+def _ungrouped(number: str) -> str:
+    """Return a number without signs between its thousands: "1.000,5" and "1,000.5" are 1000.5."""
+    sign = "." if number.rfind(".") > number.rfind(",") else ","
+    whole, _, rest = number.rpartition(sign)
+    plain = whole.replace(".", "").replace(",", "")
+    return plain + ("." if number.count(sign) == 1 else "") + rest
 
 
 def si(value: Any, unit: str) -> float:
@@ -54,6 +63,8 @@ def si(value: Any, unit: str) -> float:
     if (match is None or match[2].startswith(",")) and len(value) <= LONGEST_QUANTITY and DECIMAL_COMMA.search(value):
         point, none = (DECIMAL_COMMA.sub(sign, value.strip(), count=1) for sign in (".", ""))
         either = f"{point!r}, or {none!r} where it parts thousands" if THOUSANDS.search(value) else f"{point!r}"
+        if GROUPED.search(value):
+            either = repr(GROUPED.sub(lambda match: _ungrouped(match[0]), value.strip(), count=1))
         raise ValueError(f"a number has a decimal point; write {either}")
     if match is None or not unit:
         raise ValueError(f"it must be {asked(unit)}")
