@@ -196,7 +196,9 @@ class Chain:
         self.l[[0, -1]] = GHOST * self.l[[1, -2]]
         B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
         self.stiffness = _ghosted(_six(B)).ravel()
-        self.natural = _ghosted(natural_strains(self.problem, at_vertices[:, K0 : K0 + 3], cells)).ravel()
+        self.natural = _ghosted(
+            natural_rates(self.problem, at_vertices[:, K0 : K0 + 3], cells) * self.V[:, None]
+        ).ravel()
         self.kappa0 = self.first = self.natural  # at the load factor of now, at 0
         held_twice = len(self.problem.supports) > 1 and self.cable is None
         self.lent = held_twice and (not self.problem.rod.stretch or coefficients.is_pushed(self.problem))
@@ -737,28 +739,28 @@ def means(function: Callable[[Array], Array], nodes: Array, places: Array = NOWH
     return np.asarray(parts / np.diff(nodes)[:, None])
 
 
-def natural_strains(problem: Equilibrium, k0: Array, cells: Array) -> Array:
-    """Return the strains (n, 3) of the natural shape, whose mean curvature and twist over the cells is k0 (n, 3), dimensionless.
+def natural_rates(problem: Equilibrium, k0: Array, cells: Array) -> Array:
+    """Return the strains per length (n, 3) of the natural shape, whose mean curvature and twist over the cells is k0 (n, 3).
 
-    They are k0 times the cell's length, but where the rod's data jump or have a kink, as about a bend that is narrower than the
+    They are k0, but where the rod's data jump or have a kink, as about a bend that is narrower than the
     cell: there the spring turns by as much as the rod does. With p the quaternion of that turn, as in `discrete_rod.chain_frames`,
 
         kappa = 2 (p_1, p_2) / sqrt(p_0^2 + p_3^2),   m = 2 atan2(p_3, p_0), and whole turns that bring it next to the turn about d3
 
     Such a spring bends by ``SHARPEST`` at most: half a turn has no strain.
     """
-    turns = k0 * np.diff(cells)[:, None]
     places = _gone_on(problem, np.array([*problem.rod.breaks, *problem.steep_places]) / problem.rod.length)
     at = np.diff(np.searchsorted(places, cells)) > 0
-    turn = turns[at]
+    rates, V = k0.copy(), np.diff(cells)[at, None]
+    turn = k0[at] * V
     bend = np.linalg.norm(turn[:, :2], axis=1, keepdims=True)
     turn[:, :2] *= np.minimum(1.0, SHARPEST / np.maximum(bend, SHARPEST))
     p = frames.quaternion_of_turn(turn)
     half = np.arctan2(p[:, 3], p[:, 0])
     whole = np.rint((0.5 * turn[:, 2] - half) / np.pi)
-    turns[at, :2] = 2.0 * p[:, 1:3] * ((-1.0) ** whole / np.hypot(p[:, 0], p[:, 3]))[:, None]
-    turns[at, 2] = 2.0 * (half + np.pi * whole)
-    return turns
+    kappa = 2.0 * p[:, 1:3] * ((-1.0) ** whole / np.hypot(p[:, 0], p[:, 3]))[:, None]
+    rates[at] = np.column_stack([kappa, 2.0 * (half + np.pi * whole)]) / V
+    return rates
 
 
 def symmetric(six: Array) -> Array:
