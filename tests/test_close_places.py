@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import darboux as dx
+from darboux.statics.laying import placed
 
 UP = (0.0, 0.0, 1.0)
 FLAT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.7))  # buckles along y
@@ -23,7 +24,8 @@ EULER, CLAMPED_PINNED = np.pi**2 / 4.0, 4.493409457909064**2
 METHODS = [dx.Collocation(), dx.DiscreteRod(100)]
 GAPS = [pytest.param(1e-4, marks=pytest.mark.long), 1e-6, 1e-9]
 RANDOM = 300 if "DARBOUX_FUZZ" in os.environ else 20
-STEEPEST = -3.0  # ramps of tables, over L, as a power of ten
+TOGETHER, MOST_UNCOMPARED = 20, 2
+STEEPEST = -6.0  # ramps of tables, over L, as a power of ten
 
 
 def sideways(x: dx.EquilibriumSolution) -> float:
@@ -107,6 +109,16 @@ def test_the_buckled_shape_hardly_depends_on_the_gap() -> None:
     end = dx.solve(dx.Equilibrium(FLAT, loads=[dx.EndForce((0, 0, -1.05 * EULER))])).tip
     for tip in tips:
         np.testing.assert_allclose(tip * [1.0, np.sign(tip[1] * end[1]), 1.0], end, atol=1e-5)
+
+
+@pytest.mark.parametrize("segments", [50, 400])
+def test_a_stiff_end_with_a_spring_next_to_it_keeps_its_index(segments: int) -> None:
+    """The spring of a free end's half cell, of 1e-6 L, has a rounding above the rod's own stiffness."""
+    along = lambda EI: dx.Table([0.0, 0.5, 0.5, 1.0], [EI, EI, 7.3 * EI, 7.3 * EI], "linear")  # noqa: E731
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=along(1.0), EI2=along(1.5), GJ=1.0))
+    spring = {1.0 - 2e-6: dx.Spring(linear=958.0, position=(0, 0, 1.0 - 2e-6))}
+    chain = dx.solve(dx.Equilibrium(rod, between=spring, loads=[dx.EndForce((0, 0, -12.3))]), dx.DiscreteRod(segments))
+    assert (chain.index, chain.statistics["crossings"]) == (0, ())
 
 
 # -- tapers and steps ---------------------------------------------------------------------------------------------
@@ -258,6 +270,41 @@ def test_places_that_rounding_parts_are_one_place() -> None:
         dx.Equilibrium(FLAT, loads=[dx.PointForce((1, 0, 0), at=np.nextafter(1.0, 0.0))])
 
 
+# -- narrow bends -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", [dx.Collocation(), dx.Shooting(), dx.DiscreteRod(200), dx.DiscreteRod(400)], ids=str)
+def test_a_rod_with_a_narrow_bend(method: object) -> None:
+    """A quarter of a circle over 1 mm of a metre between straight parts, out of both planes: by geometry."""
+    tip = narrow_bend_tip()
+    x = dx.solve(dx.Equilibrium(narrow_bend()), method)
+    np.testing.assert_allclose(x.tip, tip, atol=1e-3 if isinstance(method, dx.DiscreteRod) else 1e-9)
+
+
+def test_a_motion_and_a_picture_begin_at_a_narrow_bend() -> None:
+    problem = dx.Equilibrium(narrow_bend())
+    x = dx.simulate(dx.Motion(problem, 0.02, "unloaded", rotary_inertia=1e-4), dx.ImplicitMidpoint(200, step=0.01))
+    np.testing.assert_allclose(x.tip, np.broadcast_to(narrow_bend_tip(), x.tip.shape), atol=1e-3)
+    np.testing.assert_allclose(placed(problem, np.array([1.0]))[0][0], narrow_bend_tip(), atol=1e-5)
+    np.testing.assert_allclose(
+        placed(dx.Equilibrium(narrow_bend(1e-6)), np.array([1.0]))[0][0], narrow_bend_tip(1e-6), atol=1e-5
+    )
+
+
+WAY = np.array([3.0, 4.0, 0.0]) / 5.0  # axis of the bend
+
+
+def narrow_bend(width: float = 1e-3) -> dx.Rod:
+    none, bent = (0.0, 0.0, 0.0), tuple(0.5 * np.pi / width * WAY)
+    natural = dx.Table([0.0, 0.5, 0.5, 0.5 + width, 0.5 + width, 1.0], [none, none, bent, bent, none, none], "linear")
+    return dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, mass=1.0), natural=natural)
+
+
+def narrow_bend_tip(width: float = 1e-3) -> np.ndarray:
+    radius, out = 2.0 * width / np.pi, np.cross(WAY, UP)
+    return (0.5 + radius) * np.array(UP) + (radius + 0.5 - width) * out
+
+
 # -- random problems ----------------------------------------------------------------------------------------------
 
 
@@ -288,7 +335,7 @@ def places(rng: np.random.Generator, L: float) -> list[float]:
 def random_problem(seed: int) -> dx.Equilibrium:
     """A straight rod, often under more than its critical load, or a bent one, with loads, springs and guides at places."""
     rng = np.random.default_rng([17, seed])
-    L, EI, wider = 2.0 ** rng.integers(-12, 10), 10.0 ** rng.uniform(-8.0, 6.0), rng.uniform(1.0, 3.0)
+    L, EI, wider = 10.0 ** rng.uniform(-4.0, 3.0), 10.0 ** rng.uniform(-8.0, 6.0), rng.uniform(1.0, 3.0)
     along, straight = stiffness_along(rng, L), rng.random() < 0.6
 
     def times(x: float) -> object:
@@ -319,17 +366,27 @@ def random_problem(seed: int) -> dx.Equilibrium:
     return dx.Equilibrium(rod, end=end, loads=loads, between=between)
 
 
-@pytest.mark.parametrize("seed", range(RANDOM))
-def test_collocation_and_the_discrete_rod_agree_on_random_problems(seed: int) -> None:
-    """Collocation starts from the chain's equilibrium, stable or not: index and shape are the same, on a finer chain if need be."""
-    problem = random_problem(seed)
-    s = np.linspace(0.0, problem.rod.length, 41)
+def compared(problem: dx.Equilibrium) -> tuple[object, ...] | None:
+    """Return how the methods differ, index and shape of both, () where they agree; None where the chain has no equilibrium.
+
+    Collocation starts from the chain's equilibrium, stable or not; a finer chain has a second say.
+    """
+    s, found = np.linspace(0.0, problem.rod.length, 41), None
     for segments in (100, 400):
         chain = dx.solve(problem, dx.DiscreteRod(segments), throw=False)
         if not chain.converged:  # a rod that rolls up, or snaps
             continue
         ours = dx.solve(problem, start=chain)
         gap = float(np.max(np.linalg.norm(ours.r(s) - chain.r(s), axis=1))) / problem.rod.length
-        if ours.index == chain.index and gap < 5e-3:
-            return
-    assert not chain.converged, (ours.index, chain.index, gap)
+        found = () if ours.index == chain.index and gap < 5e-3 else (segments, ours.index, chain.index, gap)
+        if not found:
+            break
+    return found
+
+
+@pytest.mark.parametrize("first", range(0, RANDOM, TOGETHER))
+def test_collocation_and_the_discrete_rod_agree_on_random_problems(first: int) -> None:
+    """Index and shape are the same; problems that can't be compared are counted, and are few."""
+    found = {seed: compared(random_problem(seed)) for seed in range(first, first + TOGETHER)}
+    assert not {seed: differs for seed, differs in found.items() if differs}
+    assert [seed for seed, differs in found.items() if differs is None][MOST_UNCOMPARED:] == []

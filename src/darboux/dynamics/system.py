@@ -25,7 +25,7 @@ from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution
 from darboux.statics import coefficients
 from darboux.statics.coefficients import Scale
-from darboux.statics.discrete_chain import means, nodes_along, places_along
+from darboux.statics.discrete_chain import means, natural_rates, nodes_along, places_along
 from darboux.statics.discrete_ends import End
 from darboux.statics.first_shape import circle
 from darboux.statics.laying import laid
@@ -97,7 +97,8 @@ class System:
             return coefficients.columns(problem, scale, s)
 
         at_vertices, on_edges = means(columns, cells, places), means(columns, x, places)
-        compliance, k0 = symmetric(at_vertices[:, BINV : BINV + 6]), at_vertices[:, K0 : K0 + 3]
+        compliance = symmetric(at_vertices[:, BINV : BINV + 6])
+        k0 = natural_rates(problem, at_vertices[:, K0 : K0 + 3], cells)
         self.V, compliance, k0 = (
             (V, compliance, k0) if self.ring is None else closing.joined(self.ring, V, compliance, k0)
         )

@@ -54,6 +54,7 @@ SHIFT_OF_RING = 1e-4  # the same, above the rounding of the penalty, which a rin
 CLOSE = 0.05  # of a mean edge: a point load this close to another place acts from there
 GHOST = 0.5  # length of a ghost edge, over its neighbour's
 NOWHERE = np.zeros(0)
+SHARPEST = 2.5  # rad, bend of a spring where the natural shape has a narrow one
 APART = 0.25  # of a segment, between nodes that are put at two places
 
 
@@ -142,6 +143,7 @@ class Chain:
         self.symmetric = stability.has_potential(problem)
         self._discretise()
         self.ends = self._ends_of(problem)
+        self._soften()
         self.between = self._stations()
         self._loaded = (0.0, Loads(np.zeros(self.f.size), np.zeros(self.C.size)))
         self.fixed = self._fixed()
@@ -155,6 +157,16 @@ class Chain:
             for at, ghost in zip(("start", "end"), GHOST * self.l[[1, -2]], strict=True)
         )
         return first, last
+
+    def _soften(self) -> None:
+        """Give the spring of an end that nothing turns, next to a very short edge, the stiffness of half a mean cell.
+
+        It carries no moment. As stiff as its own half cell it would, by its rounding, move the short edge.
+        """
+        for end, i in zip(self.ends, (0, -1), strict=True):
+            share = 2.0 * self.V[i] * self.edges
+            if share < CLOSE and end.bare and not any(end.support.held_rotation):
+                self.stiffness.reshape(-1, 6)[1:-1][i] *= share
 
     def released(self, at: Sequence[str]) -> Chain:
         """Return the chain without the supports of those ends, as no problem of statics may be."""
@@ -184,7 +196,9 @@ class Chain:
         self.l[[0, -1]] = GHOST * self.l[[1, -2]]
         B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
         self.stiffness = _ghosted(_six(B)).ravel()
-        self.natural = _ghosted(at_vertices[:, K0 : K0 + 3] * self.V[:, None]).ravel()
+        self.natural = _ghosted(
+            natural_rates(self.problem, at_vertices[:, K0 : K0 + 3], cells) * self.V[:, None]
+        ).ravel()
         self.kappa0 = self.first = self.natural  # at the load factor of now, at 0
         held_twice = len(self.problem.supports) > 1 and self.cable is None
         self.lent = held_twice and (not self.problem.rod.stretch or coefficients.is_pushed(self.problem))
@@ -705,10 +719,12 @@ def nodes_wanted(problem: Equilibrium, segments: int) -> tuple[list[float], bool
 def places_along(problem: Equilibrium) -> Array:
     """Return where, from -1 to 2 for rings that go on, a quantity of the rod has a kink, jumps or is steep."""
     places = np.array([*problem.breaks, *problem.steep_places]) / problem.rod.length
-    if not isinstance(problem, Ring):
-        return np.unique(places)
-    places = np.append(places, 0.0)
-    return np.unique(np.concatenate([places - 1.0, places, places + 1.0]))
+    return _gone_on(problem, np.append(places, 0.0) if isinstance(problem, Ring) else places)
+
+
+def _gone_on(problem: Equilibrium, places: Array) -> Array:
+    """Return places in [0, 1] in rising order; those of rings from -1 to 2."""
+    return np.unique(np.concatenate([places - 1.0, places, places + 1.0]) if isinstance(problem, Ring) else places)
 
 
 def means(function: Callable[[Array], Array], nodes: Array, places: Array = NOWHERE) -> Array:
@@ -721,6 +737,30 @@ def means(function: Callable[[Array], Array], nodes: Array, places: Array = NOWH
     if len(inside):
         parts = np.add.reduceat(parts, np.searchsorted(x, nodes[:-1]), axis=0)
     return np.asarray(parts / np.diff(nodes)[:, None])
+
+
+def natural_rates(problem: Equilibrium, k0: Array, cells: Array) -> Array:
+    """Return the strains per length (n, 3) of the natural shape, whose mean curvature and twist over the cells is k0 (n, 3).
+
+    They are k0, but where the rod's data jump or have a kink, as about a bend that is narrower than the
+    cell: there the spring turns by as much as the rod does. With p the quaternion of that turn, as in `discrete_rod.chain_frames`,
+
+        kappa = 2 (p_1, p_2) / sqrt(p_0^2 + p_3^2),   m = 2 atan2(p_3, p_0), and whole turns that bring it next to the turn about d3
+
+    Such a spring bends by ``SHARPEST`` at most: half a turn has no strain.
+    """
+    places = _gone_on(problem, np.array([*problem.rod.breaks, *problem.steep_places]) / problem.rod.length)
+    at = np.diff(np.searchsorted(places, cells)) > 0
+    rates, V = k0.copy(), np.diff(cells)[at, None]
+    turn = k0[at] * V
+    bend = np.linalg.norm(turn[:, :2], axis=1, keepdims=True)
+    turn[:, :2] *= np.minimum(1.0, SHARPEST / np.maximum(bend, SHARPEST))
+    p = frames.quaternion_of_turn(turn)
+    half = np.arctan2(p[:, 3], p[:, 0])
+    whole = np.rint((0.5 * turn[:, 2] - half) / np.pi)
+    kappa = 2.0 * p[:, 1:3] * ((-1.0) ** whole / np.hypot(p[:, 0], p[:, 3]))[:, None]
+    rates[at] = np.column_stack([kappa, 2.0 * (half + np.pi * whole)]) / V
+    return rates
 
 
 def symmetric(six: Array) -> Array:

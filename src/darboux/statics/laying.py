@@ -40,7 +40,9 @@ def placed(problem: Equilibrium, s: Array) -> tuple[Array, Array]:
     """Return the centreline (n, 3) in m and the directors (n, 3, 3) at s (n,) of the unloaded rod, laid at its support."""
     L = problem.rod.length
     support, place, lie = laid(problem)
-    r, q = shape_of(lambda x: problem.rod.k0(x * L) * L, np.concatenate([[0.0, 1.0], s / L, [place]]))
+    steep = np.array([*problem.rod.breaks, *problem.steep_places]) / L  # no step goes over a narrow bend
+    r, q = shape_of(lambda x: problem.rod.k0(x * L) * L, np.concatenate([[0.0, 1.0], steep, s / L, [place]]))
+    r, q = np.delete(r, slice(2, 2 + len(steep)), 0), np.delete(q, slice(2, 2 + len(steep)), 0)
     R, chord = frames.matrix_of_quaternion(q), r[1] - r[0]
     length = float(np.linalg.norm(chord))
     straight = chord / length if length > 0.0 else np.array([0.0, 0.0, 1.0])  # of a rod that is closed by nature
