@@ -217,7 +217,7 @@ COUPLED = dx.StiffnessMatrix(random_stiffness(7))
 @pytest.mark.parametrize("method", [dx.Shooting(), dx.DiscreteRod(segments=10), dx.Elastica()], ids=str)
 def test_methods_that_can_not_couple_say_so(method: object) -> None:
     flags = {} if isinstance(method, dx.Elastica) else {"stretch": True}
-    with pytest.raises(dx.InvalidInput, match="couples.*Collocation"):
+    with pytest.raises(dx.InvalidInput, match=r"couples.*Collocation"):
         dx.solve(dx.Equilibrium(dx.Rod(1.0, COUPLED, **flags), loads=[dx.EndForce((1, 0, 0))]), method)
     with pytest.raises(dx.InvalidInput, match="couples"):
         dx.integrate(dx.Rod(1.0, COUPLED, **FULL), k=(0, 1, 0))

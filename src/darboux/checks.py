@@ -155,7 +155,9 @@ def near(came: object, allowed: Iterable[str]) -> list[str]:
         found = found or [word for word in words if bare[word].endswith(key)]
         found = found or [word for word in words if len(bare[word]) > FEWEST_LETTERS and key.startswith(bare[word])]
         # all but the last letter: the plural of a word in -y
-        found = found or [word for word in words if len(bare[word]) > FEWEST_LETTERS + 1 and key.startswith(bare[word][:-1])]
+        found = found or [
+            word for word in words if len(bare[word]) > FEWEST_LETTERS + 1 and key.startswith(bare[word][:-1])
+        ]
     if not found:
         slips = {word: _slips(key, bare[word]) for word in words}
         least = min(slips.values(), default=0)
