@@ -405,6 +405,12 @@ MISTAKES = {
     "off the support at its end": lambda: dx.simulate(
         dx.Motion(dx.Equilibrium(UNIT, end=dx.Clamped((0, 0, 0.5))), 1.0)
     ),
+    "begins turned away from the frame of the support at its start": lambda: dx.simulate(
+        dx.Motion(dx.Equilibrium(UNIT), 1.0, initial=lambda s: np.outer(s, (0, 0, -1)))
+    ),
+    "motion.start.frame begins turned against": lambda: dx.Motion(
+        CANTILEVER, 1.0, start=dx.Moving(position=lambda t: (0, 0, 0), frame=lambda t: np.diag([-1.0, -1.0, 1.0]))
+    ),
     "rotary_inertia is missing": lambda: dx.simulate(
         dx.Motion(dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0, mass=1.0))), 1.0)
     ),
@@ -579,3 +585,15 @@ def test_points_are_no_initial_shape() -> None:
     for wrong in (np.zeros((5, 3)), [[0, 0, 0], [0, 0, 1]], "rest"):
         with pytest.raises(dx.InvalidInput, match=r"motion.initial is .*; it must be 'unloaded', 'equilibrium', an"):
             dx.Motion(problem, 0.1, rotary_inertia=1e-3, initial=wrong)
+
+
+@pytest.mark.parametrize("follower", [False, True])
+def test_steps_of_a_rod_that_does_not_stretch_are_not_halved(follower: bool) -> None:
+    """Edges lengthen along the end of the step, their tensions act along its middle: Newton's matrix is not symmetric."""
+    rod = dx.Rod(10.0, dx.Stiffness(EI1=1e6, GJ=1e6, mass=40.0))
+    problem = dx.Equilibrium(rod, loads=[dx.EndForce((0, 1e5, 0), follower=follower)])
+    motion = dx.Motion(problem, 0.5, load_factor=lambda t: np.sin(20 * t), rotary_inertia=1.0)
+    x = dx.simulate(motion, dx.ImplicitMidpoint(60, step=2e-3), records=50)
+    assert x.statistics["halvings"] == 0
+    assert x.statistics["newton_iterations"] < 7 * x.statistics["steps"]
+    assert x.energy.drift < 1e-4

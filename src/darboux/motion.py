@@ -272,10 +272,14 @@ class Motion:
                 )
             gap = np.linalg.norm(self.position(at, 0.0) - np.array(support.position))
             turned = np.max(np.abs(self.frame(at, 0.0) - support.R))
-            if gap > SAME * self.problem.rod.length or turned > SAME:
+            if gap > SAME * self.problem.rod.length:
                 raise InvalidInput(
-                    f"motion.{at} begins at {checks.shown(self.position(at, 0.0))} m, off the support's place or turned against "
-                    "it; make both agree at t = 0."
+                    f"motion.{at}.position begins at {checks.shown(self.position(at, 0.0))} m, off the support's place; make both "
+                    "agree at t = 0."
+                )
+            if turned > SAME:
+                raise InvalidInput(
+                    f"motion.{at}.frame begins turned against the support's frame; make both agree at t = 0."
                 )
         for field, function in self._tables():
             if function.s[0] > 0.0 or function.s[-1] < self.duration:

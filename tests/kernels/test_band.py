@@ -106,3 +106,27 @@ def test_expanded_band_is_the_same_matrix(n: int) -> None:
         for j in range(max(0, i - band.REACH), min(n, i + band.LOWER)):
             assert rows[band.REACH + i - j, j] == A[i, j]
     assert np.count_nonzero(rows) == np.count_nonzero(A)
+
+
+@pytest.mark.parametrize("n", SIZES)
+def test_general_band_is_solved_as_by_lapack(n: int) -> None:
+    rng, general = np.random.default_rng(n), np.empty(band.FULL * n)
+    band.expand(random_band(n, 12.0)[0], n, general)
+    general *= rng.uniform(0.5, 1.0, general.size)  # no longer symmetric
+    b = rng.standard_normal(n)
+    rows = general.reshape(n, band.FULL)
+    A = np.array(
+        [[rows[j, band.REACH + i - j] if abs(i - j) <= band.REACH else 0.0 for j in range(n)] for i in range(n)]
+    )
+    x = b.copy()
+    assert band.solve_general(general, n, x)
+    np.testing.assert_allclose(x, np.linalg.solve(A, b), rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("pivot", [0.0, np.nan])
+def test_general_band_without_a_pivot_is_refused(pivot: float) -> None:
+    general = np.zeros(band.FULL * 23)
+    general[band.REACH :: band.FULL] = 1.0
+    general[band.FULL * 5 + band.REACH] = pivot
+    assert not band.solve_general(general, 23, np.ones(23))

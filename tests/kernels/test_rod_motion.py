@@ -64,6 +64,44 @@ def test_the_band_is_the_derivative_of_the_balance(start: dx.supports.Support) -
     assert 1.8 < np.log2(left[0] / left[1]) < 2.2, left
 
 
+@pytest.mark.parametrize("stretch", [True, False])
+def test_the_general_band_is_the_derivative_of_a_midpoint_steps_tension(stretch: bool) -> None:
+    """Taylor, as above, of the tension alone, with edges that turn by some 0.3 rad in the step."""
+    section = dx.Stiffness(EI1=1.0, GJ=0.8, EA=50.0, mass=1.0)
+    axis, N, tau = np.array([0.6, 0.0, 0.8]), 6, 0.1
+    problem = dx.Equilibrium(dx.Rod(1.0, section, stretch=stretch), end=dx.Roller(along=axis, position=(0, 0, 1)))
+    motion = dx.Motion(problem, 1.0, damping=[dx.KelvinVoigt(0.0, 0.0, 0.01)] if stretch else [], rotary_inertia=0.1)
+    rng, system, n = np.random.default_rng(1), System(motion, N), 4 * N + 3
+    old, _ = system.start()
+    now, row, space = new_state(N), system.drive([0.0], 0.1)[0], system.space
+    body = system.body._replace(rod=system.body.rod._replace(B=np.zeros_like(system.body.rod.B)))
+    free = ~body.fixed
+
+    def held(V):
+        V = V * free
+        V[-3:] = axis * (axis @ V[-3:])
+        return V
+
+    def balance(V):
+        rod_motion.place(old, np.zeros(n), tau, V.copy(), row, body, space.step, now)
+        space.correction[-1] = rod_motion.KEPT
+        for _ in range(2):  # the second time with the tension that the first has found
+            rod_motion.forces(old, now, V, 1 / tau, body, row, True, True, space)
+        band.fix(space.lower, space.residual, body.fixed)
+        rod_motion.project(body.holds, space.lower, space.residual)
+        return space.residual.copy()
+
+    V, direction = held(rng.uniform(-0.3, 0.3, n)), held(rng.uniform(-1, 1, n))
+    R = balance(V)
+    band.expand(space.lower, n, space.general)
+    rod_motion.add_lengthening(old, now, 1 / tau, body, space.expected, space.work, space.general)
+    general = space.general.reshape(n, -1)
+    A = sum(np.diag(general[max(0, -k) : n - max(0, k), band.REACH + k], -k) for k in range(-10, 11))
+    A[3::4] = 0.0
+    left = [np.linalg.norm(balance(V + e * direction) - R - e * tau * A @ direction) for e in (1e-3, 5e-4)]
+    assert 1.8 < np.log2(left[0] / left[1]) < 2.2, left
+
+
 ROD = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.8, EA=50.0, mass=1.0), natural=(1, 2, 3), stretch=True)
 
 

@@ -17,7 +17,7 @@ CHUNK = 256  # steps to a call, so that a run can be stopped
 
 @description
 class ImplicitMidpoint:
-    """The implicit midpoint rule, order 2, for conservative motion, by Newton's method on the exact banded Hessian.
+    """The implicit midpoint rule, order 2, for conservative motion, by Newton's method on the exact banded Newton matrix.
 
     M (V1 - V0) / h + G((q0 + q1) / 2, (V0 + V1) / 2) = 0,     q1 - q0 = h (V0 + V1) / 2
 
@@ -26,8 +26,8 @@ class ImplicitMidpoint:
     does not grow. Unconditionally stable for small motion.
 
     Arguments: ``segments`` N >= 2; ``step`` h in s (None: the duration over 1000); ``tolerance`` of Newton's last change, as a
-    turn in rad: what is kept is kept to about that. A step that does not converge is
-    halved, up to ten times. Source: J. C. Simo, N. Tarnow, K. K. Wong, Comput. Methods Appl. Mech. Eng. 100 (1992) 63.
+    turn in rad: what is kept is kept to about that. A step that does not converge is halved, up to ten times; the next one has its
+    full length again. Source: J. C. Simo, N. Tarnow, K. K. Wong, Comput. Methods Appl. Mech. Eng. 100 (1992) 63.
     """
 
     segments: int = 100
@@ -54,43 +54,66 @@ class ImplicitMidpoint:
 
 
 class _Steps(Run):
-    numbers = (*Run.numbers, "step", "halved")
+    numbers = (*Run.numbers, "step")
 
     def __init__(self, system: System, step: float, tolerance: float) -> None:
         super().__init__(system)
         self.step, self.tolerance = step, tolerance
         self._tried = step
-        self.halved = 0
 
     @property
     def smallest(self) -> float:
         return self._tried
 
     def advance(self, t: float) -> bool:
-        """Make equal steps to t; those that do not converge are made anew at half the length."""
+        """Make equal steps to t; one that does not converge is made anew as two of half the length."""
         while self.t < t:
             left = max(1, math.ceil((t - self.t) / self.step * (1.0 - 1e-12)))
             n = min(CHUNK, left)
-            if not self._chunk(t if n == left else self.t + n * (t - self.t) / left, n):
+            if not self._steps(t if n == left else self.t + n * (t - self.t) / left, n):
                 return False
         return True
 
-    def _chunk(self, t: float, n: int) -> bool:
-        kept, start = self.kept(), self.t
-        self.halved = max(0, self.halved - 1)  # what did not converge a moment ago is not tried at full length at once
-        while True:
-            steps = n * 2**self.halved
-            h = self._tried = (t - start) / steps
-            drive = self.system.midpoint_drive(start, h, steps)
-            done = rod_motion.midpoint_steps(
-                self.state, self.V, self.A, h / self.system.units.time, steps, drive, self.body, self.system.space,
-                self.now, self.velocity, self.tally, self.tolerance,
-            )  # fmt: skip
-            if done >= 0:
-                self.t, self.steps, self.iterations = t, self.steps + steps, self.iterations + done
-                return True
-            self.put_back(kept)
-            self.halvings += 1
-            self.halved += 1
-            if self.halved > MOST_HALVINGS:
-                return False
+    def _steps(self, t: float, n: int, halved: int = 0) -> bool:
+        """Make n equal steps to t, each halved at most MOST_HALVINGS - `halved` times more."""
+        while n > 0:
+            kept, start, h = self.kept(), self.t, (t - self.t) / n
+            made = self._try(h, n)
+            if made < n:
+                self.put_back(kept)
+                if made > 0:
+                    self._try(h, made)
+                self.t = start + made * h
+                made += 1
+                if not self._again(t if made == n else start + made * h, h, halved):
+                    return False
+            n -= made
+        self.t = t
+        return True
+
+    def _again(self, t: float, h: float, halved: int) -> bool:
+        """Make the step to t that did not converge from another guess, or as two.
+
+        The last acceleration is a poor guess of the next where the rod oscillates faster than the steps: there it changes its sign.
+        """
+        kept = self.kept()
+        self.A[:] = 0.0
+        if self._try(h, 1) == 1:
+            self.t = t
+            return True
+        self.put_back(kept)
+        self.halvings += 1
+        return halved < MOST_HALVINGS and self._steps(t, 2, halved + 1)
+
+    def _try(self, h: float, n: int) -> int:
+        """Make n steps of h seconds from where the run is; return how many converged."""
+        self._tried = h
+        drive = self.system.midpoint_drive(self.t, h, n)
+        done = int(rod_motion.midpoint_steps(
+            self.state, self.V, self.A, h / self.system.units.time, n, drive, self.body, self.system.space,
+            self.now, self.velocity, self.tally, self.tolerance,
+        ))  # fmt: skip
+        if done < 0:
+            return -1 - done
+        self.steps, self.iterations = self.steps + n, self.iterations + done
+        return n

@@ -183,12 +183,18 @@ class _Vibrations:
             ways.append((A @ (A.T @ (conditions.pose(1.0)[0] - x[i])), np.zeros(3), conditions.support))
         chain.at(0.0)
         for away, turned, support in ways:
-            if np.linalg.norm(away) > GAP or np.max(np.abs(turned)) > GAP or support.twist != 0.0:
-                gap, name = np.linalg.norm(away) * chain.scale.length, type(support).__name__
-                raise InvalidInput(
-                    f"the unloaded rod begins {gap:.3g} m off its {name}(), or turned away from it; name the shape about which it "
-                    "vibrates, as in about=solve(problem)."
-                )
+            off, name = float(np.linalg.norm(away)), type(support).__name__
+            if off > GAP:
+                where = f"begins {off * chain.scale.length:.3g} m off its {name}()"
+            elif np.max(np.abs(turned)) > GAP:
+                where = f"is not turned as its {name}() holds it"
+            elif support.twist != 0.0:
+                where = f"has not the twist of its {name}()"
+            else:
+                continue
+            raise InvalidInput(
+                f"the unloaded rod {where}; name the shape about which it vibrates, as in about=solve(problem)."
+            )
         return shape
 
     def _beside(self, chain: Chain, solution: EquilibriumSolution) -> Shape:

@@ -13,7 +13,7 @@ from darboux.dynamics import closing, holding
 from darboux.dynamics.acting import FREE, HELD, TURNING, acting, datum, six, symmetric
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
-from darboux.kernels.band import LOWER
+from darboux.kernels.band import FULL, LOWER
 from darboux.kernels.discrete_rod import Elasticity, State
 from darboux.kernels.ring import CORNER, LANES
 from darboux.kernels.rod_equations import BINV, K0, SINV
@@ -382,10 +382,15 @@ class System:
             gap = float(np.linalg.norm(axes.T @ (x[i] - place)))
             edge, ghost = ((1, 0), (-2, -1))[min(k, 1)]
             away = k < 2 and holding.kind_of(support) == HELD and t[edge] @ t[ghost] < 0.0
-            if gap > GAP or away:
+            if gap > GAP:
                 raise InvalidInput(
-                    f"the rod begins {gap * self.units.length:.3g} m off the support at {where}, or turned away from it; lay it "
-                    "there: initial=solve(problem), or a function of s."
+                    f"the rod begins {gap * self.units.length:.3g} m off the support at {where}; lay it there: "
+                    "initial=solve(problem), or a function of s."
+                )
+            if away:
+                raise InvalidInput(
+                    f"the rod begins turned away from the frame of the support at {where}, by more than a right angle; let it "
+                    "begin along the support's d3: initial=solve(problem), or a function of s."
                 )
 
     def _velocities(self, state: State) -> Array:
@@ -565,9 +570,10 @@ def new_space(N: int, closed: bool = False) -> Space:
     tensions, reaction, power = np.zeros(N), np.zeros(12), np.zeros(2)
     ghost = np.zeros(rod_motion.GHOST)
     border, corner = (np.zeros(size if closed else 0) for size in (LANES * n, CORNER))
+    general = np.zeros(0 if closed else FULL * n)
     return Space(
         base, step, residual, lower, work, new_state(N), strains, correction, tensions, reaction, power, ghost, border,
-        corner,
+        corner, general,
     )  # fmt: skip
 
 

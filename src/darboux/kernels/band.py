@@ -216,3 +216,28 @@ def expand(lower: Array, n: int, general: Array) -> None:
         for k in range(min(LOWER, n - j)):
             general[FULL * j + REACH + k] = lower[LOWER * j + k]
             general[FULL * (j + k) + REACH - k] = lower[LOWER * j + k]
+
+
+@jit
+def solve_general(general: Array, n: int, b: Array) -> bool:
+    """A x = b for a general band, which L U without pivoting replaces, as x replaces b; False at a pivot that is none."""
+    for j in range(n):
+        column, reach = FULL * j + REACH, np.uint64(min(REACH - j % BLOCK, n - 1 - j))
+        if not is_pivot(general[column]):
+            return False
+        inverse, y = 1.0 / general[column], b[j]
+        l, below = general[column + 1 :], b[j + 1 :]
+        for i in range(reach):
+            l[i] *= inverse
+            below[i] -= l[i] * y
+        for k in range(1, np.int64(reach) + 1):
+            target = column + (FULL - 1) * k
+            u, rest = general[target], general[target + 1 :]
+            for i in range(reach):
+                rest[i] -= l[i] * u
+    for j in range(n - 1, -1, -1):
+        column = FULL * j + REACH
+        b[j] /= general[column]
+        for i in range(1, min(REACH, j) + 1):
+            b[j - i] -= general[column - i] * b[j]
+    return True

@@ -24,7 +24,8 @@ V_0, after which V_1 = 2 V - V_0 and q_1 = q_0 + h V. Its stretching and its spi
     (J omega t)'  =  J (omega_1 t_1 - omega_0 t_0) / h                                                              (3)
 
 with e the midpoint's edge: the tension then works exactly what the stretching energy changes by, however fast a stiff
-edge turns, and angular momentum is exactly kept (J. C. Simo, N. Tarnow, Z. angew. Math. Phys. 43 (1992) 757). A spring's
+edge turns, and angular momentum is exactly kept (J. C. Simo, N. Tarnow, Z. angew. Math. Phys. 43 (1992) 757). Its derivative
+is not symmetric, for edges lengthen along e_1: Newton's matrix is a general band, but that of a ring leaves it out. A spring's
 moments mu, at the midpoint, are corrected along the change of its strains dk = grad kappa . h V, so that they too work what
 its energy changes by (O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449, in the strains, which rotations leave alone):
 
@@ -79,7 +80,7 @@ from darboux.kernels.algebra import (
     times,
     vector,
 )
-from darboux.kernels.band import LOWER, REACH
+from darboux.kernels.band import FULL, LOWER, REACH
 from darboux.kernels.discrete_rod import (
     AA,
     AB,
@@ -224,6 +225,7 @@ class Space(NamedTuple):
     ghost: Array  # (GHOST) of a ghost that turns
     border: Array  # (8 (4 N + 3)) of a ring, see ring.py; (0) with two ends
     corner: Array  # (56)
+    general: Array  # (21 (4 N + 3)) Newton's matrix with all of the tension's derivative; (0) of a ring
 
 
 # Forces
@@ -877,7 +879,7 @@ def forces(
     old: State, now: State, V: Array, rate: float, body: Body, row: Array, ends: bool, hessian: bool, space: Space
 ) -> None:
     """G(q, V) into the residual, K + C rate into the band where `hessian`; reactions' moments and powers too."""
-    _, _, residual, lower, work, later, before, correction, expected, reaction, power, ghost, _, _ = space
+    _, _, residual, lower, work, later, before, correction, expected, reaction, power, ghost, _, _, _ = space
     (
         rod,
         loads,
@@ -1006,6 +1008,40 @@ def solved(lower: Array, b: Array, closing: Array, border: Array, corner: Array)
     return True
 
 
+@jit
+def add_lengthening(
+    old: State, now: State, rate: float, body: Body, expected: Array, work: Array, general: Array
+) -> None:
+    """What the symmetric Hessian of eq. (2) leaves out: an edge lengthens along e_1, but its tension acts along e.
+
+    r t (f e_1/|e_1| - t)^T, f = |e| / mean, of what supports leave free. Without it Newton's changes shrink by a factor of
+    about the turn in a step times N, and not at all where a fine rod turns fast.
+    """
+    g, w = work[:8], work[8:16]
+    for j in range(1, expected.size + 1):
+        e, e0, o = edge(now.x, j), edge(old.x, j), 4 * j - 4
+        e1, size = mix(2.0, e, -1.0, e0), math.sqrt(dot(e, e))
+        size1 = math.sqrt(dot(e1, e1))
+        mean = 0.5 * (math.sqrt(dot(e0, e0)) + size1)
+        stiff = body.rod.EA[j - 1] * (2.0 if body.inextensible else 1.0) + rate * body.viscous_stretch[j - 1]
+        r = stiff / body.rod.l[j - 1] - expected[j - 1] / mean
+        t = scaled(1.0 / size, e)
+        lacking = mix(size / (mean * size1), e1, -1.0, t)
+        for i in (o, o + 4):
+            sign = 1.0 if i > o else -1.0
+            for p in range(3):
+                free = 0.0 if body.fixed[i + p] else sign
+                g[i - o + p], w[i - o + p] = free * r * t[p], free * lacking[p]
+        for k in range(body.holds.slides.size):
+            i, a = 4 * body.holds.slides[k], vector(body.holds.directions, 3 * k)
+            if i == o or i == o + 4:
+                add(g, i - o, scaled(-dot(a, vector(g, i - o)), a))
+                add(w, i - o, scaled(-dot(a, vector(w, i - o)), a))
+        for p in (0, 1, 2, 4, 5, 6):
+            for q in (0, 1, 2, 4, 5, 6):
+                general[FULL * (o + q) + REACH + p - q] += g[p] * w[q]
+
+
 @inline
 def hold(row: Array, body: Body, old: State, V: Array, step: Array) -> None:
     """The held vertices' step and velocity, from the drive."""
@@ -1101,7 +1137,7 @@ def to_velocity(old: State, now: State, rate: float, change: Array, V: Array) ->
 
 
 @inline
-def renew_tension(now: State, change: Array, rate: float, body: Body, ends: bool, expected: Array) -> None:
+def renew_tension(old: State, now: State, change: Array, rate: float, body: Body, ends: bool, expected: Array) -> None:
     """What the change on its way makes of the tension, to first order; for an inextensible rod that is its multiplier.
 
     Newton's matrix takes the tension from here and not from the edges' lengths: a stiff edge that turns is far too long
@@ -1112,7 +1148,8 @@ def renew_tension(now: State, change: Array, rate: float, body: Body, ends: bool
         de = minus(vector(change, 4 * j), vector(change, 4 * j - 4))
         EA = body.rod.EA[j - 1] * (2.0 if body.inextensible and ends else 1.0)
         stiff = EA + rate * body.viscous_stretch[j - 1]
-        expected[j - 1] += stiff * dot(unit(e), de) / body.rod.l[j - 1]
+        along = unit(mix(2.0, e, -1.0, edge(old.x, j))) if ends else unit(e)
+        expected[j - 1] += stiff * dot(along, de) / body.rod.l[j - 1]
         if body.inextensible:
             body.rod.T[j - 1] = expected[j - 1]
 
@@ -1144,7 +1181,9 @@ def stage(
     matrix leaves out how the correction (4) changes, which does not vanish where a spring is almost still (c B dk ~ 1 / dk): where
     small changes shrink slowly the correction is kept. The work that it lacks then is of their size times its own.
     """
-    base, step, residual, lower, _, later, before, correction, expected, reaction, _, _, border, corner = space
+    base, step, residual, lower, work, later, before, correction, expected, reaction, _, _, border, corner, general = (
+        space
+    )
     rate, n = 1.0 / tau, V.size
     last, done = np.inf, 0
     correction[correction.size - 1] = RENEWED
@@ -1175,12 +1214,17 @@ def stage(
         project(body.holds, lower, residual)
         for k in range(n):
             residual[k] = -residual[k]
-        if not solved(lower, residual, body.closing, border, corner):
+        if ends and general.size > 0:
+            band.expand(lower, n, general)
+            add_lengthening(old, now, rate, body, expected, work, general)
+            if not band.solve_general(general, n, residual):
+                return -1
+        elif not solved(lower, residual, body.closing, border, corner):
             return -1
         size = largest_turn(body.rod.l, residual)
         if not size < LARGEST_TURN or (iteration > PATIENCE and size > max(last, FLOOR)):
             return -1
-        renew_tension(now, residual, rate, body, ends, expected)
+        renew_tension(old, now, residual, rate, body, ends, expected)
         to_velocity(old, now, rate, residual, V)
         if iteration > 1 and (size <= tolerance or (size <= FLOOR and size > SLOWEST * last)):
             if not moved:
