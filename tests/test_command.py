@@ -146,7 +146,7 @@ def test_mistakes_are_one_sentence_and_exit_with_two(run: Any) -> None:
     sentence(run("plot", "a.nc", "--what", "shapes"), 2, "Did you mean 'shape'?")
     sentence(run("export", "a.nc", "--to", "cvs"), 2, "Did you mean 'csv'?")
     sentence(run("export", "a.nc", "--samples", "1"), 2, "--samples")
-    sentence(run("solve", "cantilever.toml", "--out", "no/folder/a.nc"), 2, "can't be written")
+    sentence(run("solve", "cantilever.toml", "--out", "no/folder/a.nc"), 2, "can't be written: there is no folder")
     result = run("solve", "none.toml", "--json")
     sentence(result, 2, "none.toml is no file")
     assert json.loads(result.stdout)["status"] == "invalid_input"
@@ -252,7 +252,7 @@ def test_motions_that_end_early_or_can_t_be(run: Any, monkeypatch: pytest.Monkey
     sentence(run("simulate", "cantilever.toml"), 2, "cantilever.toml states no motion", "[motion]")
     run("new", "falling")
     sentence(run("simulate", "falling.toml", "--method", "tr_bdf"), 2, "Did you mean 'tr_bdf2'?")
-    sentence(run("simulate", "falling.toml", "--out", "no/folder/a.nc"), 2, "can't be written")
+    sentence(run("simulate", "falling.toml", "--out", "no/folder/a.nc"), 2, "can't be written: there is no folder")
     sentence(run("simulate", "falling.toml", "--continue", "none.nc"), 2, "none.nc is no file")
     text = Path("falling.toml").read_text().replace("rtol = 1e-4", "step = 0.25")
     Path("coarse.toml").write_text(text[: text.index("[[motion.damping]]")])

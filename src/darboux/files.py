@@ -130,8 +130,13 @@ def patient() -> Iterator[None]:
 
 
 def refusal(path: Path, error: OSError) -> InvalidInput:
-    """Return why a file can't be written."""
-    return InvalidInput(f"{path} can't be written ({reason(error)}); make room, or choose another place.")
+    """Return why a file can't be written, and how to mend it."""
+    if not path.parent.is_dir():
+        return InvalidInput(
+            f"{path} can't be written: there is no folder {path.parent}; make it, or choose another place."
+        )
+    mend = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else "allow it"
+    return InvalidInput(f"{path} can't be written ({reason(error)}); {mend}, or choose another place.")
 
 
 def reason(error: OSError) -> str:
