@@ -1137,7 +1137,9 @@ def to_velocity(old: State, now: State, rate: float, change: Array, V: Array) ->
 
 
 @inline
-def renew_tension(old: State, now: State, change: Array, rate: float, body: Body, ends: bool, expected: Array) -> None:
+def renew_tension(
+    old: State, now: State, change: Array, rate: float, body: Body, ends: bool, whole: bool, expected: Array
+) -> None:
     """What the change on its way makes of the tension, to first order; for an inextensible rod that is its multiplier.
 
     Newton's matrix takes the tension from here and not from the edges' lengths: a stiff edge that turns is far too long
@@ -1148,7 +1150,7 @@ def renew_tension(old: State, now: State, change: Array, rate: float, body: Body
         de = minus(vector(change, 4 * j), vector(change, 4 * j - 4))
         EA = body.rod.EA[j - 1] * (2.0 if body.inextensible and ends else 1.0)
         stiff = EA + rate * body.viscous_stretch[j - 1]
-        along = unit(mix(2.0, e, -1.0, edge(old.x, j))) if ends else unit(e)
+        along = unit(mix(2.0, e, -1.0, edge(old.x, j))) if whole else unit(e)
         expected[j - 1] += stiff * dot(along, de) / body.rod.l[j - 1]
         if body.inextensible:
             body.rod.T[j - 1] = expected[j - 1]
@@ -1185,7 +1187,7 @@ def stage(
         space
     )
     rate, n = 1.0 / tau, V.size
-    last, done = np.inf, 0
+    last, done, whole = np.inf, 0, ends and general.size > 0
     correction[correction.size - 1] = RENEWED
     moved = body.inextensible
     for k in range(6):
@@ -1214,7 +1216,7 @@ def stage(
         project(body.holds, lower, residual)
         for k in range(n):
             residual[k] = -residual[k]
-        if ends and general.size > 0:
+        if whole:
             band.expand(lower, n, general)
             add_lengthening(old, now, rate, body, expected, work, general)
             if not band.solve_general(general, n, residual):
@@ -1224,7 +1226,7 @@ def stage(
         size = largest_turn(body.rod.l, residual)
         if not size < LARGEST_TURN or (iteration > PATIENCE and size > max(last, FLOOR)):
             return -1
-        renew_tension(old, now, residual, rate, body, ends, expected)
+        renew_tension(old, now, residual, rate, body, ends, whole, expected)
         to_velocity(old, now, rate, residual, V)
         if iteration > 1 and (size <= tolerance or (size <= FLOOR and size > SLOWEST * last)):
             if not moved:
