@@ -3,10 +3,12 @@
 A rod whose weight is thousands of times what bends it is a chain but for short bends, and meets dozens of folds on its way
 from the straight one. As a chain it has one equilibrium, which makes the convex function
 
-    phi(n0) = integral of sqrt(|n|^2 + e^2) dx - n0.c,      n(x) = n0 - integral of f from 0 to x,
+    phi(n0) = integral of sqrt(|n|^2 + e^2) + a |n|^2 / 2 dx - n0.c,      n(x) = n0 - integral of f from 0 to x,
 
-smallest in each span, with n0 the force at its start, c its chord over the rod's length and r' = n / sqrt(|n|^2 + e^2). The
-force e = (f^2 EI)^(1/3) lets the chain bend where it hangs in a narrow loop, as the rod does, over a length of (EI / f)^(1/3).
+smallest in each span, with n0 the force at its start, c its chord over the rod's length, a = 1 / EA where the rod stretches, and
+r' = n / sqrt(|n|^2 + e^2) + a n. The force e = (f^2 EI)^(1/3) lets the chain bend where it hangs in a narrow loop, as the rod
+does, over a length of (EI / f)^(1/3). The path begins with the chain's directions, but without stretch: the loads stretch it
+along them while its supports move to their places, so that on the way a taut cable hardly turns.
 """
 
 from __future__ import annotations
@@ -45,7 +47,9 @@ def hung(problem: Equilibrium) -> FirstShape | None:
         return None
     x = np.linspace(places[:-1], places[1:], PLACES, axis=1)  # (spans, PLACES)
     first = np.array([(np.array(support.position) - scale.origin) / scale.length for _, support in supports[:-1]])
-    spans = _spans(problem.distributed(x.ravel() * scale.length), scale, x, first, chords)
+    s = x.ravel() * scale.length
+    soft = (problem.rod.compliance(s)[:, 2, 2] * scale.force).reshape(x.shape)
+    spans = _spans(problem.distributed(s), scale, x, first, chords, soft)
     if spans is None:
         return None
     t, heavy = spans
@@ -57,7 +61,9 @@ def hung(problem: Equilibrium) -> FirstShape | None:
     return replace(shape, layers=tuple(np.unique(layers[(layers > 0.0) & (layers < 1.0)])))
 
 
-def _spans(loads: Distributed, scale: Scale, x: Array, first: Array, chords: Array) -> tuple[Array, float] | None:
+def _spans(
+    loads: Distributed, scale: Scale, x: Array, first: Array, chords: Array, soft: Array
+) -> tuple[Array, float] | None:
     """Return the tangents (spans, PLACES, 3) and the mean load per length; None where it is light, or draws the rod back.
 
     A load that grows with r, as that of a skipping rope, is that of the chain which it makes, found by turns from a bow.
@@ -78,7 +84,7 @@ def _spans(loads: Distributed, scale: Scale, x: Array, first: Array, chords: Arr
         heavy = float(np.mean(np.linalg.norm(f, axis=2)))
         if heavy < HEAVY:
             return None
-        spans = [_tangents(*span, heavy ** (2.0 / 3.0)) for span in zip(x, f, chords, strict=True)]
+        spans = [_tangents(*span, heavy ** (2.0 / 3.0)) for span in zip(x, f, chords, soft, strict=True)]
         if any(span is None for span in spans):
             return None
         t = np.array(spans)
@@ -90,33 +96,34 @@ def _spans(loads: Distributed, scale: Scale, x: Array, first: Array, chords: Arr
     return t, heavy
 
 
-def _tangents(x: Array, f: Array, chord: Array, e: float) -> Array | None:
+def _tangents(x: Array, f: Array, chord: Array, a: Array, e: float) -> Array | None:
     """Return the unit tangents (n, 3) at x (n,) of a span under f (n, 3), by Newton's method on the convex phi."""
     h = x[1] - x[0]
     weights = np.full(len(x), h)
     weights[[0, -1]] *= 0.5
     applied = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * h * (f[1:] + f[:-1]), axis=0)])
 
-    def at(n0: Array) -> tuple[Array, Array]:
+    def phi(n0: Array) -> tuple[float, Array, Array, Array]:
+        """Return phi at n0, its slope (3,) and its second derivative (3, 3), and the tangents times less than 1."""
         n = n0 - applied
-        size = np.sqrt(np.sum(n**2, axis=1) + e**2)
-        return n / size[:, None], size
+        square = np.sum(n**2, axis=1)
+        size = np.sqrt(square + e**2)
+        t, share = n / size[:, None], weights / size
+        bend = (np.sum(share) + weights @ a) * np.eye(3) - np.einsum("n,ni,nj->ij", share, t, t)
+        return float(weights @ (size + 0.5 * a * square) - n0 @ chord), weights @ (t + a[:, None] * n) - chord, bend, t
 
     n0 = 0.5 * applied[-1] + chord / (x[-1] - x[0]) * np.linalg.norm(applied[-1])
-    t, size = at(n0)
-    value = weights @ size - n0 @ chord
+    value, slope, bend, t = phi(n0)
     for _ in range(MOST_ITERATIONS):
-        slope = weights @ t - chord
         if np.max(np.abs(slope)) < 1e-10:
             return np.asarray(t / np.linalg.norm(t, axis=1)[:, None])
-        share = weights / size
-        step = np.linalg.solve(np.sum(share) * np.eye(3) - np.einsum("n,ni,nj->ij", share, t, t), -slope)
-        part = 1.0
+        step = np.linalg.solve(bend, -slope)
+        part, descent = 1.0, float(slope @ step)
         while part > SHORTEST_LINE:
-            t, size = at(n0 + part * step)
-            trial = weights @ size - (n0 + part * step) @ chord
-            if trial <= value + 1e-4 * part * (slope @ step) + 1e-14 * abs(value):
+            trial = phi(n0 + part * step)
+            if trial[0] <= value + 1e-4 * part * descent + 1e-14 * abs(value):
                 break
             part *= 0.5
-        n0, value = n0 + part * step, trial
+        n0 = n0 + part * step
+        value, slope, bend, t = trial
     return None
