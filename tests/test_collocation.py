@@ -12,7 +12,7 @@ import pytest
 import darboux as dx
 from darboux import frames
 from darboux.statics.coefficients import Scale
-from darboux.statics.collocation_equations import Equations
+from darboux.statics.collocation_equations import Equations, _solved
 from darboux.statics.end_conditions import EndConditions, moved
 from tests import cases
 
@@ -203,6 +203,16 @@ def test_a_rotational_spring_gives_what_its_energy_says() -> None:
 
 
 MOMENT = dx.EndMoment((0, 0, 1))
+
+
+def test_a_singular_value_of_nothing_is_rounding() -> None:
+    """Equations that ask for a step along a motion which nothing resists get a long one, not an infinite one."""
+    last = np.concatenate([np.diag([*np.ones(11), 0.0]), np.ones((12, 2))], axis=1)
+    last[11, 0] = 1e-3
+    step, _, free = _solved(last)
+    assert free == 0
+    assert np.all(np.isfinite(step))
+    assert np.max(np.abs(step)) > 1e12
 
 
 @pytest.mark.parametrize(

@@ -53,6 +53,7 @@ SMALLEST_RELIEF = 1e-3  # of the disturbance that is taken off in a step
 SINGULAR = 1e-6  # of the last equations' pivots: below, singular values tell what is free
 UNSURE, SAFE = 1e4, 10.0  # how the next of Newton's steps is foreseen: UNSURE length^2, or SAFE times the quadratic law
 FREE_MOTION = 1e-9  # a singular value below this part of the largest belongs to a free motion ...
+ZERO = 1e-16  # no singular value is smaller, over the largest, but by rounding
 IDLE, NOISE = 1e-6, 1e-10  # ... if the equations ask for less than this along it, relative and absolute
 NOTHING = np.empty(0)  # no load is a function of the shape
 ROUNDING_STRAIN = 1e-14  # of a stretching rod: what rounding of places amounts to
@@ -498,5 +499,5 @@ def _solved(last: Array) -> tuple[Array, float, int]:
     free = (values <= FREE_MOTION * values[0])[:, None] & (
         np.abs(wanted) <= IDLE * np.linalg.norm(right, axis=0) + NOISE
     )
-    inverse = np.where(free, 0.0, 1.0 / np.maximum(values, 1e-300)[:, None])
+    inverse = np.where(free, 0.0, 1.0 / np.maximum(values, ZERO * values[0])[:, None])
     return V.T @ (inverse * wanted), float(np.linalg.det(U) * np.linalg.det(V)), int(np.count_nonzero(free[:, 0]))

@@ -40,7 +40,7 @@ from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, circle
 from darboux.statics.laying import laid
 from darboux.statics.pendulum import hanging
-from darboux.supports import Free
+from darboux.supports import Free, Support
 
 Array = NDArray[np.float64]
 
@@ -363,21 +363,22 @@ class Chain:
         chord = x[-1] - x[0]
         chord /= np.linalg.norm(chord) if np.any(chord) else 1.0
         turn = orientation @ R[at].T if orientation.shape == (3, 3) else smallest_rotation(chord, orientation)
-        arms, forces = self._pulls((x - x[i]) @ turn.T, turn @ R)
-        hung = hanging(self.problem, arms, forces)
+        hung = hanging(self.problem, *self._pulls((x - x[i]) @ turn.T, turn @ R, support))
         turn = turn if hung is None else hung @ turn
         x = (x - x[i]) @ turn.T + (np.array(support.position) - self.scale.origin) / self.scale.length
         return x, turn @ R, np.concatenate([[0.0], rest[:, 2], [0.0]])
 
-    def _pulls(self, x: Array, R: Array) -> tuple[Array, Array]:
-        """Return arms and dead forces (n, 3): x (N + 1, 3); of those off the centre the directors of R (N + 2, 3, 3), and A."""
+    def _pulls(self, x: Array, R: Array, support: Support) -> tuple[Array, Array, Array]:
+        """Return arms (n, 3), forces and gradients for `hanging`, of the vertices x (N + 1, 3) and the frames R (N + 2, 3, 3)."""
         eccentric = [
             (R[k], self.problem.end_load(at).eccentric / self.scale.moment) for at, k in (("start", 0), ("end", -1))
         ]
         eccentric += [(np.tensordot(point.share, R[point.edges], 1), point.eccentric) for point in self.points]
+        joint, C = (np.array(support.position) - self.scale.origin) / self.scale.length, symmetric(self.C[1:-1])
         return (
             np.concatenate([x, *(frame.T for frame, _ in eccentric)]),
-            np.concatenate([self.f[1:-1], *(A.T for _, A in eccentric)]),
+            np.concatenate([self.f[1:-1] + C @ joint, *(A.T for _, A in eccentric)]),
+            np.concatenate([C, np.zeros((3 * len(eccentric), 3, 3))]),
         )
 
     def _circle(self, ring: Ring) -> tuple[Array, Array, Array]:

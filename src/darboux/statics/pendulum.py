@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,11 +15,13 @@ from darboux.statics.laying import laid, placed
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
+Work = Callable[[Array], float]  # of the loads, by a rotation Q (3, 3)
 
 PLACES = 257  # at which a pendulum's loads are summed
-STARTS, ALIGNMENTS = 8, 50  # of a universal joint's two turns, one after the other
+STARTS, ALIGNMENTS = 8, 50  # of turns about several axes, one after the other
 ALIGNED = 1e-9  # relative to the largest distance: a joint beside the common axis by less lies on it
 NOTHING = 1e-12  # of the loads' largest moment: below this their sum is rounding
+SAME_TURN = 1e-9  # rad
 
 
 def origin(problem: Equilibrium) -> str:
@@ -44,40 +49,53 @@ def _hung(problem: Equilibrium) -> Array | None:
     return None if _free_axes(problem) is None else hanging(problem, *_weights(problem))
 
 
-def hanging(problem: Equilibrium, arms: Array, forces: Array) -> Array | None:
+def hanging(problem: Equilibrium, arms: Array, forces: Array, gradients: Array) -> Array | None:
     """Return the rotation Q (3, 3) by which a rod on joints hangs lowest as a rigid body; None where it does, or can't turn.
 
-        sum of f.(Q a) -> max
+        sum of f.(Q a) + 1/2 (Q a).C (Q a) -> max
 
-    ``arms`` a (n, 3) lead from the joint to the dead ``forces`` f (n, 3). Of several such rotations it is the smallest. The rod
-    turns about its only joint, or about the line on which all its ball joints and rollers lie; it is no pendulum where a
-    spring against turning or a force that grows with r holds it too.
+    ``arms`` a (n, 3) lead from the joint; dead ``forces`` f (n, 3), and ``gradients`` C (n, 3, 3) of those that grow with Q a. Of
+    several such rotations it is the smallest. The rod turns about its only joint, or about the line on which all its ball joints
+    and rollers lie; it is no pendulum where a spring against turning holds it too.
     """
     axes = _free_axes(problem)
     if axes is None:
         return None
     moments = np.einsum("ni,nj->nij", arms, forces)
-    N = np.sum(moments, axis=0)
-    if np.max(np.abs(N)) <= NOTHING * np.sum(np.abs(moments)):
+    growing = np.einsum("nij,nk,nl->nikjl", gradients, arms, arms)
+    N, K = np.sum(moments, axis=0), np.sum(growing, axis=0)
+    nothing = NOTHING * float(np.sum(np.abs(moments)) + np.sum(np.abs(growing)))
+    if max(np.max(np.abs(N)), np.max(np.abs(K))) <= nothing:
         return None
-    Q = _best(N, axes)
-    return None if np.trace(Q @ N) - np.trace(N) <= NOTHING * np.sum(np.abs(moments)) else Q
+
+    def work(Q: Array) -> float:
+        return float(np.sum(Q.T * N) + 0.5 * np.einsum("ik,ikjl,jl->", Q, K, Q))
+
+    Q = _aligned(N) if len(axes) == 3 and np.max(np.abs(K)) <= nothing else _best(work, axes, nothing)
+    return None if work(Q) - work(np.eye(3)) <= nothing else Q
 
 
-def _weights(problem: Equilibrium) -> tuple[Array, Array]:
-    """Return the arms (n, 3) in m from the support to the dead forces, and these (n, 3) in N, by Simpson's rule."""
+def _weights(problem: Equilibrium) -> tuple[Array, Array, Array]:
+    """Return arms (n, 3) in m from the support, the forces (n, 3) in N of loads there, and their gradients (n, 3, 3) in N/m.
+
+    Along the rod by Simpson's rule.
+    """
     s = np.linspace(0.0, problem.rod.length, PLACES)
     simpson = np.ones(PLACES)
     simpson[1:-1:2], simpson[2:-1:2] = 4.0, 2.0
+    weights = simpson * s[1] / 3.0
     ends = [(s[0], problem.end_load("start")), (s[-1], problem.end_load("end"))]
     points = [*ends, *problem.points.items()]
+    joint, loads = np.array(laid(problem)[0].position), problem.distributed(s)
     r, R = placed(problem, np.concatenate([s, [at for at, _ in points]]))
-    forces = [problem.distributed(s).a * (simpson * s[1] / 3.0)[:, None], [load.force for _, load in points]]
-    arms = [r - np.array(problem.supports[0][1].position)]
+    forces = [(loads.a + loads.C @ joint) * weights[:, None], [load.force for _, load in points]]
+    arms = [r - joint]
     for frame, (_, load) in zip(R[PLACES:], points, strict=True):  # tr(Q R A^T) of those that act off the centre
         arms.append(frame.T)
         forces.append(load.eccentric.T)
-    return np.concatenate(arms), np.concatenate(forces)
+    gradients = np.zeros((sum(map(len, arms)), 3, 3))
+    gradients[:PLACES] = loads.C * weights[:, None, None]
+    return np.concatenate(arms), np.concatenate(forces), gradients
 
 
 def _free_axes(problem: Equilibrium) -> Array | None:
@@ -89,8 +107,6 @@ def _free_axes(problem: Equilibrium) -> Array | None:
     else:
         axes = _common_axis(problem)
         axes = _line_of_places(problem) if axes is None else axes
-    if axes is None or np.any(problem.distributed(np.linspace(0.0, problem.rod.length, PLACES)).C):
-        return None
     return axes
 
 
@@ -136,29 +152,48 @@ def _line_of_places(problem: Equilibrium) -> Array | None:
     return None if size <= ALIGNED or aside > ALIGNED * size**2 else axis[None] / size
 
 
-def _best(N: Array, axes: Array) -> Array:
-    """Return the rotation of largest tr(Q N): any (a ball joint's), about one axis, or about a then about b, by Q = Q_a Q_b."""
-    if len(axes) == 3:
-        U, sizes, Vt = np.linalg.svd(N)
-        if sizes[1] <= 1e-9 * sizes[0]:
-            return smallest_rotation(U[:, 0], Vt[0])
-        return np.asarray(Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U) * np.linalg.det(Vt)]) @ U.T)
+def _aligned(N: Array) -> Array:
+    """Return the rotation of largest tr(Q N)."""
+    U, sizes, Vt = np.linalg.svd(N)
+    if sizes[1] <= 1e-9 * sizes[0]:
+        return smallest_rotation(U[:, 0], Vt[0])
+    return np.asarray(Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U) * np.linalg.det(Vt)]) @ U.T)
+
+
+def _best(work: Work, axes: Array, nothing: float) -> Array:
+    """Return the rotation of most work about the axes (k, 3), by turns: about the first in space, about the others in the rod."""
     if len(axes) == 1:
-        return _about(axes[0], N)
-    # Of a few turns about a the best, each with its best turn about b; then both by turns: tr(Qa Qb N) = tr(Qb N Qa).
-    starts = [frames.rotation(angle * axes[0]) for angle in np.arange(STARTS) * (frames.turn / STARTS)]
-    pairs = [(Qa, _about(axes[1], N @ Qa)) for Qa in starts]
-    Qa, Qb = max(pairs, key=lambda pair: float(np.trace(pair[0] @ pair[1] @ N)))
+        return _about(axes[0], work, nothing)
+
+    def bettered(Q: Array) -> Array:
+        for axis in axes[1:]:
+            Q = Q @ _about(axis, partial(_work_behind, work, Q), nothing)
+        return _about(axes[0], lambda turn: work(turn @ Q), nothing) @ Q
+
+    Q = max((bettered(frames.rotation(frames.turn * i / STARTS * axes[0])) for i in range(STARTS)), key=work)
     for _ in range(ALIGNMENTS):
-        Qa = _about(axes[0], Qb @ N)
-        Qb = _about(axes[1], N @ Qa)
-    return np.asarray(Qa @ Qb)
+        Q = bettered(Q)
+    return Q
 
 
-def _about(a: Array, N: Array) -> Array:
-    """Return the rotation about the unit vector a of largest tr(Q N); none where all are alike."""
-    cosine = float(np.trace(N) - a @ N @ a)
-    sine = float(a @ np.array([N[1, 2] - N[2, 1], N[2, 0] - N[0, 2], N[0, 1] - N[1, 0]]))
-    if np.hypot(cosine, sine) <= NOTHING * np.max(np.abs(N)):
+def _work_behind(work: Work, Q: Array, turn: Array) -> float:
+    return work(np.asarray(Q @ turn))
+
+
+def _about(axis: Array, work: Work, nothing: float) -> Array:
+    """Return the rotation of most work about a unit vector, the smallest of several; none where all are alike.
+
+    The work is a wave of the angle and of twice the angle, which five values give; where it is largest z = exp(i angle) meets
+
+        2 c2 z^4 + c1 z^3 - conj(c1) z - 2 conj(c2) = 0.
+    """
+    values = [work(frames.rotation(frames.turn * i / 5.0 * axis)) for i in range(5)]
+    c1, c2 = 0.4 * np.fft.rfft(values)[1:]
+    if abs(c1) + abs(c2) <= nothing:
         return np.eye(3)
-    return frames.rotation(np.arctan2(sine, cosine) * a)
+    c2 = c2 if abs(c2) > nothing else 0.0
+    angles = np.angle(np.roots([2.0 * c2, c1, 0.0, -np.conj(c1), -2.0 * np.conj(c2)]))
+    works = np.real(c1 * np.exp(1j * angles) + c2 * np.exp(2j * angles))
+    most = angles[works >= np.max(works) - nothing]
+    smallest = most[np.abs(most) <= np.min(np.abs(most)) + SAME_TURN]
+    return frames.rotation(np.max(smallest) * axis)
