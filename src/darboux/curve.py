@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -117,7 +117,12 @@ def _hermite(s: Array, x: Array, y: Array, dy: Array) -> Array:
 
 def gauss_points(nodes: Array, count: int = GAUSS) -> tuple[Array, Array]:
     """Return points and weights of Gauss' rule of ``count`` points on each interval between nodes (n,): (count (n - 1),) each."""
-    at, weights = np.polynomial.legendre.leggauss(count)
+    at, weights = _rule(count)
     half = np.diff(nodes)[:, None] / 2.0
     points = (nodes[:-1] + nodes[1:])[:, None] / 2.0 + half * at
     return points.ravel(), (half * weights).ravel()
+
+
+@lru_cache(maxsize=8)
+def _rule(count: int) -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(count)

@@ -335,10 +335,13 @@ class EquilibriumSolution:
         bending, twist, stretch = integrals if self.elastic_parts is None else self.elastic_parts
         problem = self.problem
         ends = ((0.0, problem.end_load("start")), (problem.rod.length, problem.end_load("end")))
+        loaded, held = [*ends, *problem.points.items()], problem.supports
+        there = self.curve(np.array([s for s, _ in (*loaded, *held)]))
+        poses = list(zip(there[:, 0:3], frames.matrix_of_quaternion(there[:, 3:7]), strict=True))
         points, weights, r = self._for_loads(points, weights, y)
         load = float(weights @ problem.potential(points, r))
-        load += sum(at.potential(self.r(s), self.R(s)) for s, at in (*ends, *problem.points.items()))
-        supports = sum(support.energy(self.r(s), self.R(s)) for s, support in problem.supports)
+        load += sum(at.potential(*pose) for (_, at), pose in zip(loaded, poses, strict=False))
+        supports = sum(at.energy(*pose) for (_, at), pose in zip(held, poses[len(loaded) :], strict=True))
         return Energy(bending, twist, stretch, supports, self.load_factor * load)
 
     def _for_loads(self, points: Array, weights: Array, y: Array) -> tuple[Array, Array, Array]:

@@ -69,6 +69,7 @@ from darboux.kernels.rod_equations import (
     write_derivative,
     write_jacobian,
 )
+from darboux.kernels.support import NUMBERS, conditions, joint
 
 Array = NDArray[np.float64]
 
@@ -102,17 +103,17 @@ for _stages in range(FEWEST_STAGES, MOST_STAGES + 1):
 
 
 class System(NamedTuple):
-    """What the kernels are given, as `sweep` explains it."""
+    """The rod on a mesh at a load factor, all arrays flat."""
 
     stages: int
-    x: Array
-    y: Array
-    Y: Array
-    table: Profile
-    relaxing: Profile
-    shaped: Array
+    x: Array  # (N + 1,), the nodes
+    y: Array  # (N + 1, 13), the states there
+    Y: Array  # (N, stages, 13), those at Gauss' points
+    table: Profile  # the coefficients of the rod equations at load factor 1
+    relaxing: Profile  # the derivative of k0 by the load factor, of 3 columns, or none
+    shaped: Array  # (N, stages, SHAPED), the loads that are functions of the shape, or none
     load_factor: float
-    yielding: float
+    yielding: float  # the derivative of the compliance of stretch by the load factor
 
 
 class Plan(NamedTuple):
@@ -361,45 +362,40 @@ def _element(system: System, i: int, piece: int, plan: Plan, start: Array, T: Ar
 
 
 @jit
-def sweep(
-    stages: int, x: Array, y: Array, Y: Array, breaks: Array, coefficients: Array, degree: int, relaxing: Array,
-    shaped: Array, load_factor: float, yielding: float, joints: Array, carried: Array, factors: Array,
-) -> float:  # fmt: skip
+def sweep(system: System, supports: Array, last: Array, factors: Array) -> float:
     """Eliminate all elements; return the sign of the pivots.
 
-    x (N + 1,) nodes; y (N + 1, 13) flat; Y (N, stages, 13) flat; breaks, coefficients and degree of the rod's table;
-    relaxing (like the coefficients, of 3 columns) the derivative of k0 by the load factor, or empty; shaped
-    (N x stages x SHAPED,) the loads that are functions of the shape, or empty; yielding the derivative of the compliance
-    of stretch by the load factor; joints (12 x ROW for each element of no width,) their equations; carried
-    (6 x 14,) the six conditions at the start and their right sides on entry, six conditions at the end on return;
-    factors (N x 12 x ROW,) out, for `back`.
+    supports (those of the start, of each station, of the end, NUMBERS each); last (12 x 14,) out, the twelve equations that are
+    left for the end and their right sides; factors (N x 12 x ROW,) out, for `back`.
     """
-    table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
-    system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
     plan, start = _planned(system, FREE + SIDES), np.empty(STATES)
     V = np.zeros(18 * ROW)
     T = V[6 * ROW :]
-    sign = 1.0
-    piece, joint = 0, 0
-    for i in range(x.size - 1):
+    sign, elements, station = 1.0, system.x.size - 1, 0
+    piece = 0
+    conditions(supports[:NUMBERS], system.y[:STATES], system.load_factor, last)
+    for i in range(elements):
         for row in range(6):
             for k in range(FREE):
-                V[row * ROW + k] = carried[row * (FREE + SIDES) + k]
+                V[row * ROW + k] = last[row * (FREE + SIDES) + k]
                 V[row * ROW + FREE + k] = 0.0
             for k in range(SIDES):
-                V[row * ROW + 2 * FREE + k] = carried[row * (FREE + SIDES) + FREE + k]
-        if x[i + 1] > x[i]:
+                V[row * ROW + 2 * FREE + k] = last[row * (FREE + SIDES) + FREE + k]
+        if system.x[i + 1] > system.x[i]:
             piece = _element(system, i, piece, plan, start, T)
         else:
-            for k in range(FREE * ROW):
-                T[k] = joints[joint * FREE * ROW + k]
-            joint += 1
+            station += 1
+            here = i * STATES
+            before, behind = system.y[here : here + STATES], system.y[here + STATES : here + 2 * STATES]
+            joint(supports[station * NUMBERS : (station + 1) * NUMBERS], before, behind, system.load_factor, T)
         sign *= _eliminate(V, FREE, 18, 18, ROW)
         for k in range(FREE * ROW):
             factors[i * FREE * ROW + k] = V[k]
         for row in range(6):
             for k in range(FREE + SIDES):
-                carried[row * (FREE + SIDES) + k] = V[(FREE + row) * ROW + FREE + k]
+                last[row * (FREE + SIDES) + k] = V[(FREE + row) * ROW + FREE + k]
+    at_end = system.y[elements * STATES :]
+    conditions(supports[supports.size - NUMBERS :], at_end, system.load_factor, last[6 * (FREE + SIDES) :])
     return sign
 
 
@@ -434,28 +430,30 @@ def _solve(plan: Plan, change: float) -> None:
 
 
 @jit
-def advance(
-    stages: int, x: Array, y: Array, Y: Array, breaks: Array, coefficients: Array, degree: int, relaxing: Array,
-    shaped: Array, load_factor: float, yielding: float, delta: Array, change: float, part: float, y_new: Array, Y_new: Array,
-) -> None:  # fmt: skip
-    """Write the nodes and stages moved by `part` of the Newton step delta (N + 1, 12) flat and the load factor's change."""
-    table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
-    system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
-    plan, start = _planned(system, SIDES), np.empty(STATES)
+def advance(system: System, delta: Array, stride: int, change: float, part: float, y_new: Array, Y_new: Array) -> None:
+    """Write the nodes and stages moved by `part` of a step and of the load factor's change.
+
+    delta (N + 1, 12, stride) flat, of which the first of each `stride` numbers is the step.
+    """
+    stages, x, y, Y = system.stages, system.x, system.y, system.Y
+    plan, start, moved = _planned(system, SIDES), np.empty(STATES), np.empty(STATES)
     piece = 0
-    for i in range(x.size - 1):
-        node, free, at = i * STATES, i * FREE, i * stages * STATES
+    for i in range(x.size):
+        _moved(y, i * STATES, delta, i * FREE * stride, stride, 1.0, start)
+        _moved(y, i * STATES, delta, i * FREE * stride, stride, part, moved)
+        square = 0.0
+        for a in range(ROTATION, FORCE):
+            square += moved[a] ** 2
+        for a in range(STATES):
+            over = np.sqrt(square) if ROTATION <= a < FORCE else 1.0
+            y_new[i * STATES + a] = moved[a] / over
+        if i + 1 == x.size:
+            break
+        at = i * stages * STATES
         if x[i + 1] == x[i]:
             for k in range(stages * STATES):
                 Y_new[at + k] = Y[at + k]
             continue
-        dq = half_product(quaternion(y, node + ROTATION), vector(delta, free + PHI))
-        for a in range(4):
-            start[ROTATION + a] = y[node + ROTATION + a] + dq[a]
-        for a in range(3):
-            start[POSITION + a] = y[node + POSITION + a] + delta[free + R_ + a]
-            start[FORCE + a] = y[node + FORCE + a] + delta[free + N_ + a]
-            start[MOMENT + a] = y[node + MOMENT + a] + delta[free + M_ + a]
         plan.X[:] = 0.0
         piece = _linearise(system, i, piece, plan)
         _condense(system, i, start, plan)
@@ -465,38 +463,40 @@ def advance(
                 for a in range(SIZE[p]):
                     k = at + j * STATES + BEGIN[p] + a
                     Y_new[k] = Y[k] + part * plan.X[(_row(plan, p, j) + a) * plan.width + plan.unknowns]
-    for i in range(x.size):
-        node, free = i * STATES, i * FREE
-        for a in range(3):
-            y_new[node + POSITION + a] = y[node + POSITION + a] + part * delta[free + R_ + a]
-            y_new[node + FORCE + a] = y[node + FORCE + a] + part * delta[free + N_ + a]
-            y_new[node + MOMENT + a] = y[node + MOMENT + a] + part * delta[free + M_ + a]
-        dq = half_product(quaternion(y, node + ROTATION), vector(delta, free + PHI))
-        square = 0.0
-        for a in range(4):
-            y_new[node + ROTATION + a] = y[node + ROTATION + a] + part * dq[a]
-            square += y_new[node + ROTATION + a] ** 2
-        for a in range(4):
-            y_new[node + ROTATION + a] /= np.sqrt(square)
+
+
+@inline
+def _moved(y: Array, at: int, delta: Array, k: int, stride: int, part: float, out: Array) -> None:
+    """The state at `at` moved by a part of the step that begins at k; its quaternion is not of unit length."""
+    phi = (delta[k + PHI * stride], delta[k + (PHI + 1) * stride], delta[k + (PHI + 2) * stride])
+    dq = half_product(quaternion(y, at + ROTATION), phi)
+    for a in range(4):
+        out[ROTATION + a] = y[at + ROTATION + a] + part * dq[a]
+    for a in range(3):
+        out[POSITION + a] = y[at + POSITION + a] + part * delta[k + (R_ + a) * stride]
+        out[FORCE + a] = y[at + FORCE + a] + part * delta[k + (N_ + a) * stride]
+        out[MOMENT + a] = y[at + MOMENT + a] + part * delta[k + (M_ + a) * stride]
 
 
 @jit
-def transfers(
-    stages: int, x: Array, y: Array, Y: Array, breaks: Array, coefficients: Array, degree: int, relaxing: Array,
-    shaped: Array, load_factor: float, yielding: float, transfer: Array,
-) -> None:  # fmt: skip
-    """Write T_i of (3) for every element that has a width into transfer (12 x 12 each,); else as for `sweep`."""
-    table, relaxed = Profile(breaks, coefficients, degree), Profile(breaks, relaxing, degree)
-    system = System(stages, x, y, Y, table, relaxed, shaped, load_factor, yielding)
+def transfers(system: System, transfer: Array) -> None:
+    """Write T_i of (3), with rotations in the fixed frame, for every element that has a width: transfer (12 x 12 each,)."""
+    x, y = system.x, system.y
     plan, start, T = _planned(system, FREE + SIDES), np.empty(STATES), np.empty(FREE * ROW)
     piece, at = 0, 0
     for i in range(x.size - 1):
         if x[i + 1] == x[i]:
             continue
         piece = _element(system, i, piece, plan, start, T)
+        R0 = rotation(quaternion(y, i * STATES + ROTATION))
+        R1 = rotation(quaternion(y, (i + 1) * STATES + ROTATION))
+        for k in range(FREE):
+            phi = rotate(R1, (T[PHI * ROW + k], T[(PHI + 1) * ROW + k], T[(PHI + 2) * ROW + k]))
+            put(T, PHI * ROW + k, ROW, phi)
         for row in range(FREE):
             for k in range(FREE):
                 transfer[at + row * FREE + k] = T[row * ROW + k]
+            put(transfer, at + row * FREE + PHI, 1, rotate(R0, vector(T, row * ROW + PHI)))
         at += FREE * FREE
 
 

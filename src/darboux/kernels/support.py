@@ -25,6 +25,7 @@ from darboux.kernels.algebra import (
     half_product,
     minus,
     plus,
+    put,
     quaternion,
     rotate,
     rotation,
@@ -252,3 +253,83 @@ def conditions(support: Array, y: Array, load_factor: float, out: Array) -> None
     values(support, y, load_factor, now)
     for i in range(CONDITIONS):
         out[i * ROW + FREE] = -now[i]
+
+
+@jit
+def joint(support: Array, before: Array, behind: Array, load_factor: float, out: Array) -> None:
+    """Write the twelve equations of a station between the states before it and behind it: out (12 x 26,).
+
+    Place and frame are the same on both sides, and with n- - n+ and m- - m+ for n and m its conditions are those of an end.
+    Columns: the unknowns before it and behind it, minus the values, minus their derivatives by the load factor.
+    """
+    width = FREE + ROW
+    for k in range(FREE * width):
+        out[k] = 0.0
+    apart = turned_from(behind, before)
+    for a in range(3):
+        out[a * width + a] = out[(3 + a) * width + 3 + a] = 1.0
+        out[a * width + FREE + a] = out[(3 + a) * width + FREE + 3 + a] = -1.0
+        out[a * width + 2 * FREE] = behind[a] - before[a]
+        out[(3 + a) * width + 2 * FREE] = -apart[a]
+    difference, own = np.empty(STATES), np.empty(CONDITIONS * ROW)
+    for k in range(STATES):
+        difference[k] = before[k] - (behind[k] if k >= FORCE else 0.0)
+    conditions(support, difference, load_factor, own)
+    for i in range(CONDITIONS):
+        row = (CONDITIONS + i) * width
+        for k in range(FREE):
+            out[row + k] = own[i * ROW + k]
+        for k in range(6, FREE):
+            out[row + FREE + k] = -own[i * ROW + k]
+        for k in range(SIDES):
+            out[row + 2 * FREE + k] = own[i * ROW + FREE + k]
+
+
+@inline
+def turned_from(y0: Array, y: Array) -> Vector:
+    """2 vec(conj(q0) q): the small turn from the state y0 to y."""
+    _w, a, b, c = _turned(y0, ROTATION, y, ROTATION)
+    return 2.0 * a, 2.0 * b, 2.0 * c
+
+
+@jit
+def motions(support: Array, y: Array, out: Array) -> int:
+    """Write the motions (dr, theta) that a support leaves free at the state y (13,), as columns of out (6 x 6,); how many."""
+    R, R0 = rotation(quaternion(y, ROTATION)), rotation(quaternion(support, FRAME))
+    count = 0
+    for k in range(out.size):
+        out[k] = 0.0
+    for i in range(3):
+        axis = vector(support, SLIDING_AXES + 3 * i)
+        if support[GROOVE] != 0.0:
+            axis = rotate(R, axis)
+        if support[HELD + i] == 0.0:
+            put(out, count, 6, axis)
+            count += 1
+    universal = support[TURNED] == 0.0 and support[TURNED + 1] == 0.0 and support[TURNED + 2] != 0.0
+    for i in range(3):
+        axis = vector(support, TURNING_AXES + 3 * i)
+        if universal and i == 1:
+            axis = rotate(R, unrotate(R0, axis))
+        if support[TURNED + i] == 0.0:
+            put(out, 18 + count, 6, axis)
+            count += 1
+    return count
+
+
+@jit
+def stiffness(support: Array, y: Array, load_factor: float, out: Array) -> None:
+    """Write the second derivative of the energy of springs and eccentric forces, for (dr, theta): out (6 x 6,)."""
+    R = rotation(quaternion(y, ROTATION))
+    for k in range(out.size):
+        out[k] = 0.0
+    for a in range(3):
+        for b in range(3):
+            out[a * 6 + b] = support[LINEAR + 3 * a + b]
+            out[(3 + a) * 6 + 3 + b] = support[ROTATIONAL + 3 * a + b]
+    for i in range(3):  # of -(d_i x A_i) by theta, its symmetric part: d_i . A_i - (d_i A_i + A_i d_i) / 2
+        d, A = column(R, i), vector(support, ECCENTRIC + 3 * i)
+        for a in range(3):
+            out[(3 + a) * 7] += load_factor * dot(d, A)
+            for b in range(3):
+                out[(3 + a) * 6 + 3 + b] -= 0.5 * load_factor * (d[a] * A[b] + A[a] * d[b])

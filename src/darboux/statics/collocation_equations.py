@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,11 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import collocation
-from darboux.kernels.collocation import FREE, SHAPED, SHAPED_COUPLE, SIDES
+from darboux.kernels import newton as kernel
+from darboux.kernels.collocation import FREE, SHAPED, SHAPED_COUPLE, SIDES, System
 from darboux.kernels.collocation import ROW as FACTOR_ROW
+from darboux.kernels.newton import Work
+from darboux.kernels.profile import Profile
 from darboux.kernels.rod_equations import FORCE, K0, MOMENT, ROTATION, SINV, STATES
 from darboux.loads import LineForce
 from darboux.natural import smallest_rotation
@@ -30,7 +33,7 @@ from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, shape_of
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
 from darboux.statics.pendulum import at_rest
-from darboux.statics.stability import Held, SecondVariation
+from darboux.statics.stability import SecondVariation
 from darboux.supports import Support
 
 if TYPE_CHECKING:
@@ -50,8 +53,6 @@ DISTURBANCE = 0.1  # of EI / L^2, spread along the unstable mode
 MOST_DISTURBANCES = 3
 SMALLEST_MODE = 1e-8  # of displacements, over 1 for all of them together
 SMALLEST_RELIEF = 1e-3  # of the disturbance that is taken off in a step
-SINGULAR = 1e-6  # of the last equations' pivots: below, singular values tell what is free
-UNSURE, SAFE = 1e4, 10.0  # how the next of Newton's steps is foreseen: UNSURE length^2, or SAFE times the quadratic law
 FREE_MOTION = 1e-9  # a singular value below this part of the largest belongs to a free motion ...
 ZERO = 1e-16  # no singular value is smaller, over the largest, but by rounding
 IDLE, NOISE = 1e-6, 1e-10  # ... if the equations ask for less than this along it, relative and absolute
@@ -83,6 +84,21 @@ class Step:
     tangent: Array
     tangent_turn: float
     sign: float
+
+    @classmethod
+    def of(cls, work: Work) -> Step:
+        """Return the step that the kernel left in its work."""
+        delta = work.delta.reshape(-1, FREE, SIDES)
+        kept = kernel.LENGTH, kernel.SIGN, kernel.TURN, kernel.TANGENT_TURN
+        length, sign, turn, tangent_turn = (float(work.kept[k]) for k in kept)
+        return cls(
+            np.ascontiguousarray(delta[:, :, 0]),
+            length,
+            turn,
+            np.ascontiguousarray(delta[:, :, 1]),
+            tangent_turn,
+            sign,
+        )
 
 
 class Equations:
@@ -119,7 +135,7 @@ class Equations:
         self.disturbances: list[CubicSpline] = []  # the modes (n, 3) along which a small load acts, as functions of x
         self._last: tuple[float, float, Array] = (np.nan, np.nan, np.empty(0))
 
-    def _data(self, load_factor: float, compliance: float = 0.0) -> tuple[Array, Array, int, Array]:
+    def _data(self, load_factor: float, compliance: float = 0.0) -> tuple[Profile, Profile]:
         """Return the table for the kernels, which scale the loads themselves, and the derivative of k0 by the load factor."""
         slack = max(self.slack * (1.0 - load_factor), 0.0 if self.problem.rod.stretch else compliance)
         lent = 1.0 - load_factor if self.shape is not None else 0.0
@@ -127,8 +143,9 @@ class Equations:
             coefficients = self.table.loaded(1.0, slack).coefficients
             coefficients[:, :, K0 : K0 + 3] -= lent * self.relaxing
             self._last = (slack, lent, coefficients.ravel())
+        breaks, degree = self.table.breaks, self.table.degree
         relaxing = NOTHING if self.shape is None else self.relaxing.ravel()
-        return self.table.breaks, self._last[2], self.table.degree, relaxing
+        return Profile(breaks, self._last[2], degree), Profile(breaks, relaxing, degree)
 
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
@@ -219,44 +236,59 @@ class Equations:
 
     def newton_step(self, mesh: Mesh, load_factor: float) -> Step | None:
         """Return Newton's step and the tangent, or None where the numbers leave their range."""
-        self.iterations += 1
-        N, y = len(mesh.x) - 1, mesh.y
-        carried = self.start.system(y[0], load_factor)
-        joints = [
-            conditions.joint(y[i], y[i + 1], load_factor)
-            for i, (_, conditions) in zip(mesh.joints, self.stations, strict=True)
-        ]
-        factors = np.empty(N * FREE * FACTOR_ROW)
-        given = np.array(joints).ravel() if joints else NOTHING
-        arguments: Any = (*self._arguments(mesh, load_factor), given, carried.ravel(), factors)
-        sign = collocation.sweep(*arguments)
-        last = np.concatenate([carried, self.end.system(y[-1], load_factor)])
+        work = self._work(mesh)
+        found = self._stepped(mesh, load_factor, work, np.inf, 0.0, most=0)
+        return Step.of(work) if found else None
+
+    def _stepped(self, mesh: Mesh, load_factor: float, work: Work, tolerance: float, floor: float, most: int) -> bool:
+        """Let the kernel take Newton's steps from a mesh, which is moved; return whether they became small."""
+        system, supports = self._system(mesh, load_factor), self._supports(load_factor)
+        while True:
+            self.free = 0
+            reason = kernel.newton(system, supports, work, float(tolerance), floor, most)
+            if reason == kernel.ALMOST_SINGULAR and self._solve_for_end(work):
+                reason = kernel.newton(system, supports, work, float(tolerance), floor, most)
+            if reason != kernel.LOADS:
+                break
+            system.shaped[:] = self._shaped(mesh)
+        self.iterations += int(work.kept[kernel.STEPS])
+        return bool(reason == kernel.CONVERGED)
+
+    def _solve_for_end(self, work: Work) -> bool:
+        """Solve the last equations by singular values; return False where the numbers left their range."""
+        last = work.last.reshape(FREE, FREE + SIDES)
         if not np.all(np.isfinite(last)):
-            return None
-        delta = np.empty((N + 1, FREE, SIDES))
-        pivot = collocation.solve_last(last.copy().ravel(), delta[-1].ravel())
-        self.free = 0
-        if abs(pivot) < SINGULAR:
-            delta[-1], pivot, self.free = _solved(last)
-        collocation.back(factors, delta.ravel())
-        length, turn = collocation.measure(y.ravel(), delta.ravel(), 0)
-        tangent_length, tangent_turn = collocation.measure(y.ravel(), delta.ravel(), 1)
-        if not np.isfinite(length + tangent_length):
-            return None
-        step, tangent = np.ascontiguousarray(delta[:, :, 0]), np.ascontiguousarray(delta[:, :, 1])
-        return Step(step, length, turn, tangent, tangent_turn, sign * np.sign(pivot))
+            return False
+        step, sign, self.free = _solved(last)
+        work.delta[-FREE * SIDES :] = step.ravel()
+        work.kept[kernel.SIGN] *= sign
+        return True
 
     def free_motions(self, mesh: Mesh) -> int:
         """Return how many motions cost an equilibrium at full load nothing: a round rod's buckling plane may turn."""
         self.newton_step(mesh, 1.0)
         return self.free
 
-    def _arguments(self, mesh: Mesh, load_factor: float, compliance: float = 0.0) -> Any:
-        """Return what all kernels of `collocation` take first."""
+    def _system(self, mesh: Mesh, load_factor: float, compliance: float = 0.0) -> System:
+        """Return what the kernels of `collocation` take first."""
         shaped = self._shaped(mesh) if self.problem.of_shape or self.disturbance else NOTHING
-        data = self._data(load_factor, compliance)
+        table, relaxing = self._data(load_factor, compliance)
         states = (mesh.x, mesh.y.ravel(), mesh.Y.ravel())
-        return (self.stages, *states, *data, shaped, load_factor, -self.slack)
+        return System(self.stages, *states, table, relaxing, shaped, float(load_factor), -self.slack)
+
+    def _supports(self, load_factor: float) -> Array:
+        """Return the numbers of what holds the start, the stations and the end."""
+        conditions = [self.start, *(c for _, c in self.stations), self.end]
+        return np.concatenate([c.numbers(load_factor) for c in conditions])
+
+    def _work(self, mesh: Mesh) -> Work:
+        N = len(mesh.x) - 1
+        kept = np.zeros(kernel.KEPT)
+        kept[kernel.LENGTH] = np.inf
+        factors, last, delta = (
+            np.empty(size) for size in (N * FREE * FACTOR_ROW, FREE * (FREE + SIDES), (N + 1) * FREE * SIDES)
+        )
+        return Work(factors, last, delta, np.empty(mesh.y.size), np.empty(mesh.Y.size), kept)
 
     def _shaped(self, mesh: Mesh) -> Array:
         """Return the loads that are functions of the shape, and the disturbance, at the stages: flat."""
@@ -284,27 +316,18 @@ class Equations:
         """Return the mesh moved along a step of the nodes and a change of the load factor."""
         y, Y = np.empty_like(mesh.y), np.empty_like(mesh.Y)
         step = np.ascontiguousarray(delta).ravel()
-        arguments = (*self._arguments(mesh, load_factor), step, change, part, y.ravel(), Y.ravel())
-        collocation.advance(*arguments)
+        collocation.advance(self._system(mesh, load_factor), step, 1, float(change), float(part), y.ravel(), Y.ravel())
         return Mesh(mesh.x, y, Y)
 
     def newton(
         self, mesh: Mesh, load_factor: float, tolerance: float, most: int
     ) -> tuple[Mesh, Step, float, int] | None:
         """Return the solution, the last step, the largest turn and the iterations of Newton's method; None unless it contracts."""
-        turn, last = 0.0, np.inf
         floor = self.rounding / (1.0 + float(np.max(np.abs(mesh.y[:, FORCE:MOMENT])))) if self.rounding else 0.0
-        for iteration in range(1, most + 1):
-            step = self.newton_step(mesh, load_factor)
-            if step is None or step.length > max(0.5 * last, 10.0 * tolerance, floor):
-                return None
-            mesh = self.moved(mesh, load_factor, step.delta)
-            turn += step.turn
-            foreseen = min(UNSURE * step.length, SAFE * (step.length / last) ** 2 if np.isfinite(last) else np.inf)
-            if step.length * min(1.0, foreseen) <= max(tolerance, floor):
-                return (mesh, step, turn, iteration) if self.flattest(mesh) > 0.0 else None
-            last = step.length
-        return None
+        mesh, work = Mesh(mesh.x, mesh.y.copy(), mesh.Y.copy()), self._work(mesh)
+        if not self._stepped(mesh, load_factor, work, tolerance, floor, most) or not self.flattest(mesh) > 0.0:
+            return None
+        return mesh, Step.of(work), float(work.kept[kernel.TURNED]), int(work.kept[kernel.STEPS])
 
     def flattest(self, mesh: Mesh) -> float:
         """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 at the nodes."""
@@ -325,20 +348,14 @@ class Equations:
 
     def second_variation(self, mesh: Mesh, load_factor: float) -> SecondVariation:
         """Return the second variation of the energy at an equilibrium."""
-        force = float(np.max(np.linalg.norm(mesh.y[:, FORCE:MOMENT], axis=1)))
+        force = float(np.sqrt(np.max(np.sum(mesh.y[:, FORCE:MOMENT] ** 2, axis=1))))
         T = np.empty((mesh.elements, FREE, FREE))
-        arguments = (*self._arguments(mesh, load_factor, stability.COMPLIANCE / (1.0 + force)), T.ravel())
-        collocation.transfers(*arguments)
-        q = np.delete(mesh.y, mesh.joints, axis=0)[:, ROTATION:FORCE]
-        R = frames.matrix_of_quaternion(q)
-        T[:, 3:6] = R[1:] @ T[:, 3:6]  # from rotations in the section's frame to those in the fixed one
-        T[:, :, 3:6] = T[:, :, 3:6] @ R[:-1].transpose(0, 2, 1)
-        stations = [int(i) - k for k, i in enumerate(mesh.joints)]  # a joint is one node here
+        system = self._system(mesh, load_factor, stability.COMPLIANCE / (1.0 + force))
+        collocation.transfers(system, T.ravel())
+        places = [0, *(int(i) - k for k, i in enumerate(mesh.joints)), mesh.elements]  # a joint is one node here
+        nodes = [0, *mesh.joints, -1]
         conditions = [self.start, *(c for _, c in self.stations), self.end]
-        held = {
-            i: Held.by(c.support, q[i], c.stiffness_at(q[i], load_factor))
-            for i, c in zip([0, *stations, mesh.elements], conditions, strict=True)
-        }
+        held = {i: c.held(mesh.y[k], load_factor) for i, k, c in zip(places, nodes, conditions, strict=True)}
         moments = mesh.y[:-1, MOMENT:][mesh.wide], mesh.y[1:, MOMENT:][mesh.wide]
         return stability.second_variation(T, np.unique(mesh.x), moments, held, force)
 

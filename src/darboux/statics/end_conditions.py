@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.kernels import support as kernel
 from darboux.kernels.rod_equations import FORCE, ROTATION
-from darboux.kernels.support import CONDITIONS, FREE, ROW
+from darboux.kernels.support import CONDITIONS, ROW
 from darboux.loads import EndLoad
 from darboux.statics.coefficients import Scale
+from darboux.statics.stability import Held
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
@@ -70,7 +71,7 @@ class EndConditions:
             _twisted(frames.between(q, self.q, load_factor), load_factor * self.twist),
         )
 
-    def _at(self, load_factor: float) -> Array:
+    def numbers(self, load_factor: float) -> Array:
         """Return the numbers for the kernel."""
         if self._posed != load_factor:
             pose = np.concatenate(self.pose(load_factor))
@@ -85,49 +86,27 @@ class EndConditions:
     def system(self, y: Array, load_factor: float) -> Array:
         """Return the conditions at the state y (13,): rows (6, 12), minus the values, minus their slope by the load factor."""
         out = np.empty((CONDITIONS, ROW))
-        kernel.conditions(self._at(load_factor), y, load_factor, out.ravel())
+        kernel.conditions(self.numbers(load_factor), y, load_factor, out.ravel())
         return out
 
     def values(self, y: Array, load_factor: float) -> Array:
         """Return what must be zero (6,) at the state y (13,)."""
         out = np.empty(CONDITIONS)
-        kernel.values(self._at(load_factor), y, load_factor, out)
+        kernel.values(self.numbers(load_factor), y, load_factor, out)
         return out
 
-    def stiffness_at(self, q: Array, load_factor: float) -> Array:
-        """Return the second derivative (6, 6) of the energy of springs and eccentric forces where the quaternion is q (4,)."""
-        by_turn = self.load.moment_by_turn(frames.matrix_of_quaternion(q)) * (load_factor / self.scale.moment)
-        result = self.stiffness.copy()
-        result[TURN, TURN] -= 0.5 * (by_turn + by_turn.T)
-        return result
-
-    def joint(self, before: Array, behind: Array, load_factor: float) -> Array:
-        """Return the twelve equations of a station between the states before it and behind it (13,).
-
-        (12, 26): columns of the unknowns before and behind, minus the values, minus their slope by the load factor.
-        """
-        difference = before.copy()
-        difference[FORCE:] -= behind[FORCE:]
-        rows = np.zeros((FREE, FREE + ROW))
-        rows[:6, :6], rows[:6, FREE : FREE + 6] = np.eye(6), -np.eye(6)
-        rows[:3, 2 * FREE] = behind[:3] - before[:3]
-        rows[3:6, 2 * FREE] = -_turn_from(behind[ROTATION:FORCE], before[ROTATION:FORCE])
-        own = self.system(difference, load_factor)
-        rows[6:, :FREE], rows[6:, 2 * FREE :] = own[:, :FREE], own[:, FREE:]
-        rows[6:, FREE + 6 : 2 * FREE] = -own[:, 6:FREE]
-        return rows
+    def held(self, y: Array, load_factor: float) -> Held:
+        """Return the motions that are free where the state is y (13,), and the stiffness of springs and eccentric forces."""
+        motions, stiffness = np.empty((6, 6)), np.empty((6, 6))
+        count = kernel.motions(self.numbers(load_factor), y, motions.ravel())
+        kernel.stiffness(self.numbers(load_factor), y, load_factor, stiffness.ravel())
+        return Held(motions, count, stiffness)
 
 
 def moved(y: Array, delta: Array) -> Array:
     """Return the state y (13,) moved by the unknowns delta (12,)."""
     q = frames.product(y[ROTATION:FORCE], np.concatenate([[1.0], 0.5 * delta[TURN]]))
     return np.concatenate([y[:3] + delta[:3], q / np.linalg.norm(q), y[FORCE:] + delta[6:]])
-
-
-def _turn_from(q0: Array, q: Array) -> Array:
-    """Return 2 vec(q0* q), the small turn from q0 to q."""
-    relative = frames.product(q0 * np.array([1.0, -1.0, -1.0, -1.0]), q)
-    return np.asarray(2.0 * relative[1:] * (1.0 if relative[0] >= 0.0 else -1.0))
 
 
 def _twisted(q: Array, angle: float) -> Array:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from darboux import checks, frames
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
+from darboux.kernels import framed_curve as kernel
 from darboux.problem import Equilibrium, Ring
 from darboux.solution import EquilibriumSolution
 from darboux.statics.coefficients import Scale
@@ -58,14 +59,12 @@ def shape_of(k: Callable[[Array], Array], x: Array) -> tuple[Array, Array]:
     The frame turns by the mean of k over short steps; the places follow by Simpson's rule. Only a first guess.
     """
     steps = np.unique(np.concatenate([x, np.linspace(0.0, 1.0, STEPS + 1)]))
-    fine = np.sort(np.concatenate([steps, 0.5 * (steps[1:] + steps[:-1])]))
-    h = np.diff(fine)
-    q = frames.accumulated(frames.quaternion_of_turn(k(0.5 * (fine[1:] + fine[:-1])) * h[:, None]))
-    d3 = frames.matrix_of_quaternion(q)[:, :, 2]
-    moved = (h[::2] + h[1::2])[:, None] / 6.0 * (d3[:-1:2] + 4.0 * d3[1::2] + d3[2::2])
-    r = np.concatenate([np.zeros((1, 3)), np.cumsum(moved, axis=0)])
+    fine = np.empty(2 * len(steps) - 1)
+    fine[::2], fine[1::2] = steps, 0.5 * (steps[1:] + steps[:-1])
+    r, q = np.empty((len(steps), 3)), np.empty((len(steps), 4))
+    kernel.lay_out(np.diff(fine), k(0.5 * (fine[1:] + fine[:-1])).ravel(), r.ravel(), q.ravel())
     at = np.searchsorted(steps, x)
-    return r[at], q[::2][at]
+    return r[at], q[at]
 
 
 def circle(ring: Ring, scale: Scale) -> FirstShape:

@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.kernels import mesh as kernel
 from darboux.kernels.collocation import METHODS, PER_METHOD
 from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
 
@@ -50,11 +51,10 @@ class Mesh:
         return len(self.x) - 1 - len(self.joints)
 
     def at(self, x: Array) -> Array:
-        """Return the states at x (n,) by the polynomials through the start and the stages of each element: (n, 13)."""
-        i = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.x) - 2)
-        local = (x - self.x[i]) / (self.x[i + 1] - self.x[i])
-        values = np.concatenate([self.y[i][:, None], self.Y[i]], axis=1)
-        return np.asarray(np.einsum("nj,njc->nc", _lagrange(self.stages, local), values))
+        """Return the states at x (n,), ascending, by the polynomials through the start and the stages of each element: (n, 13)."""
+        result = np.empty((len(x), STATES))
+        kernel.interpolate(self.x, self.y.ravel(), self.Y.ravel(), *_points_and_weights(self.stages), x, result.ravel())
+        return result
 
     def laid(self, x: Array, stages: int | None = None) -> Mesh:
         """Return the same solution on other nodes, as the guess of a new one; x holds each station twice."""
@@ -88,16 +88,9 @@ class Mesh:
         The next derivative is taken from the jumps of the highest ones at the nodes, but for those at breaks
         (U. M. Ascher, J. Christiansen and R. D. Russell, Math. Comp. 33 (1979) 659, section 3).
         """
-        s, h = self.stages, np.diff(self.x)[self.wide]
-        _, highest = _points_and_weights(s)
-        values = np.concatenate([self.y[:-1, None], self.Y], axis=1)[self.wide]
-        D = np.einsum("j,njc->nc", highest, values) / units(self.y) / h[:, None] ** s
-        size = np.max(np.abs(np.diff(D, axis=0)), axis=1) / (0.5 * (h[1:] + h[:-1]))
-        size[np.isin(self.x[:-1][self.wide][1:], breaks)] = 0.0
-        next_one = np.zeros(self.elements)
-        next_one[:-1] = size
-        next_one[1:] = np.maximum(next_one[1:], size)
-        return np.asarray(h ** (s + 1) * next_one)
+        weights, result = _points_and_weights(self.stages)[1], np.empty(self.elements)
+        kernel.roughness(self.x, self.y.ravel(), self.Y.ravel(), breaks, weights, units(self.y), result)
+        return result
 
     def redistributed(self, elements: int, breaks: Array) -> Mesh:
         """Return the solution on about so many elements, laid so that each leaves out as much as any other."""
@@ -112,10 +105,7 @@ def better_nodes(x: Array, wanted: Array, elements: int, breaks: Array) -> Array
     density = wanted / h
     total = float(np.sum(wanted))
     density = density / total if total > 0.0 else np.ones_like(density)
-    for i in range(1, len(h)):
-        density[i] = max(density[i], density[i - 1] / STEEPEST)
-    for i in range(len(h) - 2, -1, -1):
-        density[i] = max(density[i], density[i + 1] / STEEPEST)
+    kernel.spread(density, STEEPEST)
     density = (1.0 - EVENNESS) * density / float(density @ h) + EVENNESS
     measure = np.concatenate([[0.0], np.cumsum(density * h)])
     cuts = np.interp([0.0, *breaks, 1.0], x, measure)
@@ -154,13 +144,3 @@ def size(change: Array, y: Array) -> float:
 def _points_and_weights(stages: int) -> tuple[Array, Array]:
     c = np.concatenate([[0.0], METHODS[stages * PER_METHOD : stages * PER_METHOD + stages]])
     return c, np.array([1.0 / np.prod(c[j] - np.delete(c, j)) for j in range(stages + 1)])
-
-
-def _lagrange(stages: int, local: Array) -> Array:
-    """Return the weights (n, stages + 1) of the values at 0 and Gauss' points in the value at ``local`` (n,) in [0, 1]."""
-    c, weights = _points_and_weights(stages)
-    gaps = local[:, None] - c
-    result = np.empty_like(gaps)
-    for j in range(stages + 1):
-        result[:, j] = weights[j] * np.prod(np.delete(gaps, j, axis=1), axis=1)
-    return result

@@ -347,9 +347,12 @@ class _Pieces:
         held = {}
         for i, at in ((0, "start"), (len(transfer), "end")):
             by_turn = self.loads[at].moment_by_turn(frames.matrix_of_quaternion(state.y[i, _Q]))
-            stiffness = np.zeros((6, 6))
+            stiffness, motions, support = np.zeros((6, 6)), np.zeros((6, 6)), getattr(self.problem, at)
             stiffness[3:, 3:] = -0.5 * (by_turn + by_turn.T) * (load_factor / self.scale.moment)
-            held[i] = stability.Held.by(getattr(self.problem, at), state.y[i, _Q], stiffness)
+            free = ~np.array([*support.held_displacement, *support.held_rotation])
+            count = int(np.count_nonzero(free))
+            motions[:, :count] = np.eye(6)[:, free]
+            held[i] = stability.Held(motions, count, stiffness)
         moments = state.y[:-1, MOMENT:], state.y[1:, MOMENT:]
         return stability.second_variation(_by_turns(transfer, state.y), state.x, moments, held, force).index
 

@@ -1,14 +1,9 @@
-r"""How many directions lower the energy of an equilibrium: the index of the second variation, from transfer matrices.
+"""How many directions lower the energy of an equilibrium: the index of its second variation, and the mode that lowers it most.
 
-Over one piece of the rod small changes go from start to end by d_1 = A d_0 + B p_0, p_1 = C d_0 + D p_0, with the
-displacements d = (dr, theta) and the forces p = (dn, dm), all in the fixed frame. The energy of the change is
-
-    p_0 . (A^-1 d_1 - d_0) - 1/2 p_0 . A^-1 B p_0 + 1/2 d_1 . C A^-1 d_1,   stationary in p_0             (1)
-
-No B is inverted, so that a piece may be as short and as stiff as it likes: A is near 1, B and C near 0. The sum of (1) over
-the pieces, with what holds the nodes, is a symmetric matrix in the d and p of all nodes, block tridiagonal. Of its negative
-eigenvalues each p_0 has as many as A^-1 B has positive ones; the rest is the index, by Sylvester's law of inertia
-(Haynsworth's formula), if every piece is stable with both ends held.
+The kernel `second_variation` sums the energy of a small change over the pieces of the rod; with what holds the nodes that is a
+symmetric matrix in the displacements and forces of all nodes, block tridiagonal. Of its negative eigenvalues each force has as
+many as its compliance has positive ones; the rest is the index, by Sylvester's law of inertia (Haynsworth's formula), if every
+piece is stable with both ends held.
 
 Two small numbers make zeros say what they are: a soft foundation makes a free motion positive, and an inextensible rod has
 a compliance of stretch, so that a straight one between two supports has a force.
@@ -17,14 +12,14 @@ a compliance of stretch, so that a straight one between two supports has a force
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import frames
-from darboux.kernels.inertia import BLOCK, negative_eigenvalues
+from darboux.kernels import second_variation as kernel
+from darboux.kernels.inertia import BLOCK
 from darboux.problem import Equilibrium
-from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
@@ -38,7 +33,6 @@ CLOSE = 1e-3  # relative: how well the lowest eigenvalue is found
 # The shift over the lowest eigenvalue and over the foundation: near to it, but not so near that the second mode drowns in it.
 BESIDE, APART = 1.05, 100.0
 ITERATIONS = 12  # of a pair of modes
-ROUNDING = 1e-12  # of a piece's compliance
 REACH = BLOCK - 1  # half-bandwidth of the whole matrix
 
 
@@ -51,34 +45,17 @@ def has_potential(problem: Equilibrium) -> bool:
     return not problem.of_shape and not any(np.any(part) for part in (loads.b, loads.la, loads.lb, *without))
 
 
-def free_motions(support: Support, R: Array) -> Array:
-    """Return the displacements (dr, theta) that a support leaves free at an end with the frame R, as columns (6, k)."""
-    T = R @ support.displacement_axes if support.sliding == "section" else support.displacement_axes
-    motions = [np.append(T[:, i], np.zeros(3)) for i in range(3) if not support.held_displacement[i]]
-    A = support.rotation_axes
-    if support.held_rotation == (False, False, True):
-        A = np.column_stack([A[:, 0], R @ support.R.T @ A[:, 1], A[:, 2]])
-    motions += [np.append(np.zeros(3), A[:, i]) for i in range(3) if not support.held_rotation[i]]
-    return np.array(motions).reshape(-1, 6).T
-
-
-@dataclass(frozen=True)
-class Held:
-    """What holds a node: its free motions (6, k) as columns, and the stiffness (6, 6) of its springs."""
+class Held(NamedTuple):
+    """What holds a node: its free motions as the first ``free`` columns of (6, 6), and the stiffness (6, 6) of its springs."""
 
     motions: Array
+    free: int
     stiffness: Array
-
-    @classmethod
-    def by(cls, support: Support, q: Array, stiffness: Array | None = None) -> Held:
-        """Return how a support holds a node with the quaternion q (4,)."""
-        R = frames.matrix_of_quaternion(q)
-        return cls(free_motions(support, R), np.zeros((6, 6)) if stiffness is None else stiffness)
 
 
 @dataclass(frozen=True)
 class SecondVariation:
-    """The sum of (1) over the pieces, in the motions that are free at the nodes and the forces at the starts of the pieces.
+    """The sum over the pieces, in the motions that are free at the nodes and the forces at the starts of the pieces.
 
     ``diagonal`` (N + 1, 12, 12) and ``below`` (N, 12, 12), of which ``sizes`` (N + 1,) rows and columns count: the motions, then
     the six forces; ``weights`` (N + 1, 12) the lengths that belong to a node's motions, none to forces; ``held`` what holds a
@@ -100,9 +77,8 @@ class SecondVariation:
 
     def _on_foundation(self, stiffness: float) -> int:
         """Return how many directions lower the energy of the rod on a foundation."""
-        diagonal = self.diagonal.copy()
-        diagonal[:, range(BLOCK), range(BLOCK)] += stiffness * self.weights
-        return int(negative_eigenvalues(diagonal.ravel(), self.below.ravel(), self.sizes)) - self.of_forces
+        arrays = self.diagonal.ravel(), self.below.ravel(), self.weights.ravel(), self.sizes
+        return int(kernel.index(*arrays, stiffness, self.of_forces))
 
     def lowest_mode(self) -> Array:
         """Return the displacements (dr, theta) (N + 1, 6) of the lowest eigenvalue, relative to the weights.
@@ -158,7 +134,7 @@ class SecondVariation:
         result = np.empty((len(self.sizes), 6))
         for i, first in enumerate(starts[:-1]):
             hold = self.held.get(i)
-            motions = np.eye(6) if hold is None else hold.motions
+            motions = np.eye(6) if hold is None else hold.motions[:, : hold.free]
             result[i] = motions @ vector[first : first + motions.shape[1]]
         return result
 
@@ -168,61 +144,20 @@ def second_variation(
 ) -> SecondVariation:
     """Return the second variation of an equilibrium, all dimensionless.
 
-    Arguments: ``transfer`` (N, 12, 12) of the states (dr, theta, dn, dm); ``x`` (N + 1,) the nodes; ``moments`` m (N, 3) at the
-    starts of the pieces and at their ends; ``held`` what holds the nodes, by their numbers 0 ... N, both ends among them;
-    ``largest_force`` the largest inner force.
+    Arguments: ``transfer`` (N, 12, 12) of the states (dr, theta, dn, dm), which is changed; ``x`` (N + 1,) the nodes; ``moments``
+    m (N, 3) at the starts of the pieces and at their ends; ``held`` what holds the nodes, by their numbers 0 ... N, both ends among
+    them; ``largest_force`` the largest inner force.
     """
-    start, end = (_conjugate(m) for m in moments)
-    T = end @ transfer @ (2.0 * np.eye(BLOCK) - start)  # the inverse of a start
-    inverse = np.linalg.inv(T[:, :6, :6])
-    G, S = _symmetric(inverse @ T[:, :6, 6:]), _symmetric(T[:, 6:, :6] @ inverse)
-    h = np.diff(x)
-    softness = np.maximum(1.0, np.max(np.abs(G[:, 3:, 3:]), axis=(1, 2)) / h)
-    N, own = len(h), 0.5 * h / softness
+    N = len(x) - 1
+    m0, m1 = (np.ascontiguousarray(m).ravel() for m in moments)
     diagonal, below, weights = np.zeros((N + 1, BLOCK, BLOCK)), np.zeros((N, BLOCK, BLOCK)), np.zeros((N + 1, BLOCK))
-    diagonal[1:, :6, :6] = S
-    diagonal[:, :6, 6:] = diagonal[:, 6:, :6] = -np.eye(6)
-    diagonal[:-1, 6:, 6:] = -G
-    below[:, :6, 6:] = inverse.transpose(0, 2, 1)
-    weights[:, :6] = (np.append(own, 0.0) + np.append(0.0, own))[:, None]
+    flat = diagonal.ravel(), below.ravel(), weights.ravel()
+    of_forces, softest = kernel.assemble(transfer.ravel(), x, m0, m1, *flat)
     sizes = np.full(N + 1, BLOCK)
     for i, hold in held.items():
-        Z, k = hold.motions, hold.motions.shape[1]
-        node = diagonal[i].copy()
-        node[:6, :6] += hold.stiffness
-        to = np.zeros((BLOCK, BLOCK))  # from the unknowns that are left
-        to[:6, :k], to[6:, k : k + 6] = Z, np.eye(6)
-        sizes[i] = k + 6
-        diagonal[i] = to.T @ node @ to
-        weights[i, k:] = 0.0
-        if i > 0:
-            below[i - 1] = to.T @ below[i - 1]
-        if i < N:
-            below[i] = below[i] @ to
+        kernel.hold(i, hold.motions.ravel(), hold.free, hold.stiffness.ravel(), *flat)
+        sizes[i] = hold.free + 6
     sizes[N] -= 6
-    largest_moment = max(float(np.max(np.linalg.norm(m, axis=1))) for m in moments)
-    foundation = FOUNDATION * (largest_force + min(1.0, largest_moment + 1.0 / float(np.max(softness))))
-    return SecondVariation(diagonal, below, sizes, weights, held, _positive(G, h), foundation)
-
-
-def _conjugate(m: Array) -> Array:
-    """Return the change (N, 12, 12) from dm to dm + 1/2 m x theta, the force that a rotation vector works on."""
-    result = np.tile(np.eye(BLOCK), (len(m), 1, 1))
-    result[:, 9:, 3:6] = 0.5 * np.cross(m[:, None, :], np.eye(3)).swapaxes(1, 2)
-    return result
-
-
-def _symmetric(A: Array) -> Array:
-    return np.asarray(0.5 * (A + A.transpose(0, 2, 1)))
-
-
-def _positive(G: Array, h: Array) -> int:
-    """Return how many eigenvalues of the compliances G (N, 6, 6) of pieces of the lengths h (N,) are positive."""
-    unit = np.repeat(np.stack([1.0 / h, np.ones_like(h)], axis=1), 3, axis=1)  # forces by the moments that they have
-    scaled = G * unit[:, :, None] * unit[:, None, :]
-    try:
-        np.linalg.cholesky(scaled)
-        return 6 * len(h)
-    except np.linalg.LinAlgError:  # a piece so long that it would not stand with one end free
-        values = np.linalg.eigvalsh(scaled)
-        return int(np.count_nonzero(values > -ROUNDING * values[:, -1:]))
+    largest_moment = np.sqrt(max(float(np.max(np.sum(m**2, axis=1))) for m in moments))
+    foundation = FOUNDATION * (largest_force + min(1.0, largest_moment + 1.0 / softest))
+    return SecondVariation(diagonal, below, sizes, weights, held, of_forces, foundation)

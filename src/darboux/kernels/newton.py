@@ -1,0 +1,78 @@
+"""Newton's method on a mesh: steps until they are small, or until they no longer contract.
+
+It returns to Python only where something is asked of it: a system that is almost singular, whose free motions singular values
+tell, and loads that are functions of the shape. Called again, it goes on.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels.collocation import FREE, SIDES, System, advance, back, measure, solve_last, sweep
+from darboux.kernels.jit import jit
+
+Array = NDArray[np.float64]
+
+SINGULAR = 1e-6  # of the last equations' pivots: below, singular values tell what is free
+UNSURE, SAFE = 1e4, 10.0  # how the next of Newton's steps is foreseen: UNSURE length^2, or SAFE times the quadratic law
+
+# Why `newton` returns.
+CONVERGED, LOST, ALMOST_SINGULAR, LOADS = 0, 1, 2, 3
+
+
+class Work(NamedTuple):
+    """What Newton's method writes: flat arrays, and what it keeps between two calls."""
+
+    factors: Array  # (N, 12, ROW)
+    last: Array  # (12, 14), the equations that are left for the end
+    delta: Array  # (N + 1, 12, SIDES), the last step, and the derivative by the load factor
+    y: Array  # (N + 1, 13)
+    Y: Array  # (N, stages, 13)
+    kept: Array  # (KEPT,)
+
+
+# What is kept: the last step's length (infinite before the first), the sum of the steps' turns, how many steps, the sign of the
+# determinant, the last step's turn and that of the derivative by the load factor, whether the end is solved for.
+LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, SOLVED, KEPT = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+@jit
+def newton(system: System, supports: Array, work: Work, tolerance: float, floor: float, most: int) -> int:
+    """Take at most `most` steps from the states of the system, which are moved; return why it ends.
+
+    A step must be at most half as long as the one before, or within 10 tolerances, or within the floor that rounding sets. It is
+    the last one if it, or the next one as foreseen, is below both. With `most` = 0 a step is solved for, but not taken.
+    """
+    kept = work.kept
+    while True:
+        if kept[SOLVED] == 0.0:
+            sign = sweep(system, supports, work.last, work.factors)
+            pivot = solve_last(work.last.copy(), work.delta[work.delta.size - FREE * SIDES :])
+            kept[SOLVED], kept[SIGN] = 1.0, sign
+            if abs(pivot) < SINGULAR:
+                return ALMOST_SINGULAR
+            kept[SIGN] *= np.sign(pivot)
+        back(work.factors, work.delta)
+        last = kept[LENGTH]
+        length, kept[TURN] = measure(system.y, work.delta, 0)
+        tangent_length, kept[TANGENT_TURN] = measure(system.y, work.delta, 1)
+        kept[SOLVED], kept[LENGTH] = 0.0, length
+        kept[STEPS] += 1.0
+        if not np.isfinite(length + tangent_length) or length > max(0.5 * last, 10.0 * tolerance, floor):
+            return LOST
+        if most == 0:
+            return CONVERGED
+        advance(system, work.delta, SIDES, 0.0, 1.0, work.y, work.Y)
+        system.y[:] = work.y
+        system.Y[:] = work.Y
+        kept[TURNED] += kept[TURN]
+        foreseen = min(UNSURE * length, SAFE * (length / last) ** 2 if np.isfinite(last) else np.inf)
+        if length * min(1.0, foreseen) <= max(tolerance, floor):
+            return CONVERGED
+        if kept[STEPS] >= most:
+            return LOST
+        if system.shaped.size > 0:
+            return LOADS
