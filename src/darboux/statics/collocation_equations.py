@@ -243,14 +243,13 @@ class Equations:
     def _stepped(self, mesh: Mesh, load_factor: float, work: Work, tolerance: float, floor: float, most: int) -> bool:
         """Let the kernel take Newton's steps from a mesh, which is moved; return whether they became small."""
         system, supports = self._system(mesh, load_factor), self._supports(load_factor)
+        self.free = 0
         while True:
-            self.free = 0
             reason = kernel.newton(system, supports, work, float(tolerance), floor, most)
-            if reason == kernel.ALMOST_SINGULAR and self._solve_for_end(work):
-                reason = kernel.newton(system, supports, work, float(tolerance), floor, most)
-            if reason != kernel.LOADS:
+            if reason == kernel.LOADS:
+                system.shaped[:] = self._shaped(mesh)
+            elif reason != kernel.ALMOST_SINGULAR or not self._solve_for_end(work):
                 break
-            system.shaped[:] = self._shaped(mesh)
         self.iterations += int(work.kept[kernel.STEPS])
         return bool(reason == kernel.CONVERGED)
 

@@ -1,0 +1,53 @@
+"""Meshes of collocation against NumPy: polynomials between the nodes, and what they leave out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from darboux.kernels import mesh as kernel
+from darboux.statics.mesh import Mesh, stage_points
+
+X = np.array([0.0, 0.2, 0.3, 0.3, 0.65, 1.0])  # with a station
+
+
+def meshed(stages: int, function) -> Mesh:
+    points = stage_points(X, stages)
+    return Mesh(X, function(X), function(points.ravel()).reshape(len(X) - 1, stages, 13))
+
+
+def powers(x: np.ndarray, degree: int) -> np.ndarray:
+    return (x[:, None] - 0.1) ** degree * np.linspace(1.0, 2.0, 13)
+
+
+@pytest.mark.parametrize("stages", [2, 3, 4, 5])
+def test_the_polynomials_are_exact_up_to_their_degree(stages: int) -> None:
+    at = np.sort(np.concatenate([X, np.random.default_rng(1).random(40)]))
+    mesh = meshed(stages, lambda x: powers(x, stages))
+    np.testing.assert_allclose(mesh.at(at), powers(at, stages), atol=1e-13)
+    off = meshed(stages, lambda x: powers(x, stages + 1)).at(at) - powers(at, stages + 1)
+    assert np.max(np.abs(off)) > 1e-6
+
+
+@pytest.mark.parametrize("stages", [2, 4])
+def test_roughness_is_the_power_of_h_times_the_next_derivative(stages: int) -> None:
+    """By the leading coefficients of the polynomials through each element's values, which NumPy fits."""
+    rng = np.random.default_rng(stages)
+    mesh = meshed(stages, lambda x: rng.normal(size=(len(x), 13)))
+    largest = [np.linalg.norm(mesh.y[:, a:b], axis=1).max() for a, b in ((7, 10), (10, 13))]
+    units = np.repeat([1.0, 1.0 + largest[0], 1.0 + largest[1]], [7, 3, 3])
+    starts, h = X[:-1][mesh.wide], np.diff(X)[mesh.wide]
+    points = np.column_stack([starts, stage_points(X, stages)[mesh.wide]])
+    values = np.concatenate([mesh.y[:-1, None], mesh.Y], axis=1)[mesh.wide] / units
+    leading = np.array([np.polyfit(x, v, stages)[0] for x, v in zip(points, values, strict=True)])
+    jumps = np.max(np.abs(np.diff(leading, axis=0)), axis=1) / (0.5 * (h[1:] + h[:-1]))
+    for breaks in ([], [0.3, 0.65]):
+        jumps[np.isin(starts[1:], breaks)] = 0.0
+        expected = h ** (stages + 1) * np.maximum(np.append(jumps, 0.0), np.append(0.0, jumps))
+        np.testing.assert_allclose(mesh.roughness(np.array(breaks)), expected, rtol=1e-7)
+
+
+def test_density_never_jumps_by_more_than_a_factor() -> None:
+    density = np.array([1.0, 1e-6, 1e-6, 1e-6, 5.0, 1e-3])
+    kernel.spread(density, 3.0)
+    np.testing.assert_allclose(density, [1.0, 1 / 3, 5 / 9, 5 / 3, 5.0, 5 / 3])
