@@ -135,6 +135,7 @@ class Plan(NamedTuple):
     J: Array  # the Jacobians at the stages
     g: Array  # the slopes at the stages, each followed by its derivative by the load factor
     c: Array  # the coefficients
+    piece: NDArray[np.int64]  # the piece of the table that was found last (1,)
 
 
 @inline
@@ -181,7 +182,7 @@ def _planned(system: System, sides: int) -> Plan:
     width = unknowns + sides
     X, F, J = np.empty(STATES * (count + 1) * width), np.empty(4 * width), np.zeros(count * STATES * STATES)
     g, c = np.empty(count * SIDES * STATES), np.empty(columns(table))
-    return Plan(count, order, before, links, explicit, unknowns, width, X, F, J, g, c)
+    return Plan(count, order, before, links, explicit, unknowns, width, X, F, J, g, c, np.zeros(1, np.int64))
 
 
 @inline
@@ -220,9 +221,9 @@ def _add_shaped(Y: Array, y: int, shaped: Array, k: int, load_factor: float, g: 
 
 
 @jit
-def _linearise(system: System, i: int, piece: int, plan: Plan) -> int:
-    """Write the slopes at the stages, their derivatives by the load factor, their Jacobians; return the table's last piece."""
-    Y, table, c, g = system.Y, system.table, plan.c, plan.g
+def _linearise(system: System, i: int, plan: Plan) -> None:
+    """Write the slopes at the stages, their derivatives by the load factor, and their Jacobians."""
+    Y, table, c, g, piece = system.Y, system.table, plan.c, plan.g, plan.piece[0]
     h = system.x[i + 1] - system.x[i]
     for l in range(system.stages):
         y, j = (i * system.stages + l) * STATES, l * SIDES * STATES
@@ -242,7 +243,7 @@ def _linearise(system: System, i: int, piece: int, plan: Plan) -> int:
             evaluate(system.relaxing, piece, place, c[:3])
             dq = half_product(quaternion(Y, y + ROTATION), vector(c, 0))
             put_quaternion(g, j + STATES + ROTATION, 1, dq)
-    return piece
+    plan.piece[0] = piece
 
 
 @inline
@@ -322,8 +323,8 @@ def _eliminate(V: Array, unknowns: int, candidates: int, rows: int, width: int) 
 
 
 @jit
-def _element(system: System, i: int, piece: int, plan: Plan, start: Array, T: Array) -> int:
-    """(3): write the rows [T_i, -1, -gap, -d gap / d load factor] of one element, (12 x ROW,); return the table's piece."""
+def _element(system: System, i: int, plan: Plan, start: Array, T: Array) -> None:
+    """(3): write the rows [T_i, -1, -gap, -d gap / d load factor] of one element, (12 x ROW,)."""
     X, width, count, sides = plan.X, plan.width, system.stages, plan.unknowns
     for k in range(STATES):
         start[k] = system.y[i * STATES + k]
@@ -335,7 +336,7 @@ def _element(system: System, i: int, piece: int, plan: Plan, start: Array, T: Ar
                 X[(_row(plan, part, j) + a) * width + sides + unknown + a] = 1.0
         for a in range(3):
             put_quaternion(X, _row(plan, Q, j) * width + sides + PHI + a, width, half_product(q, vector(UNIT, 3 - a)))
-    piece = _linearise(system, i, piece, plan)
+    _linearise(system, i, plan)
     _condense(system, i, start, plan)
     V = X[plan.explicit * count * width :]
     _eliminate(V, sides, sides, sides + STATES, width)
@@ -358,7 +359,6 @@ def _element(system: System, i: int, piece: int, plan: Plan, start: Array, T: Ar
             T[(PHI + a) * ROW + column] = sign * phi[a]
             T[(N_ + a) * ROW + column] = sign * X[n + a * width + at]
             T[(M_ + a) * ROW + column] = sign * X[m + a * width + at]
-    return piece
 
 
 @jit
@@ -372,7 +372,6 @@ def sweep(system: System, supports: Array, last: Array, factors: Array) -> float
     V = np.zeros(18 * ROW)
     T = V[6 * ROW :]
     sign, elements, station = 1.0, system.x.size - 1, 0
-    piece = 0
     conditions(supports[:NUMBERS], system.y[:STATES], system.load_factor, last)
     for i in range(elements):
         for row in range(6):
@@ -382,7 +381,7 @@ def sweep(system: System, supports: Array, last: Array, factors: Array) -> float
             for k in range(SIDES):
                 V[row * ROW + 2 * FREE + k] = last[row * (FREE + SIDES) + FREE + k]
         if system.x[i + 1] > system.x[i]:
-            piece = _element(system, i, piece, plan, start, T)
+            _element(system, i, plan, start, T)
         else:
             station += 1
             here = i * STATES
@@ -430,17 +429,16 @@ def _solve(plan: Plan, change: float) -> None:
 
 
 @jit
-def advance(system: System, delta: Array, stride: int, change: float, part: float, y_new: Array, Y_new: Array) -> None:
+def advance(system: System, delta: Array, change: float, part: float, y_new: Array, Y_new: Array) -> None:
     """Write the nodes and stages moved by `part` of a step and of the load factor's change.
 
-    delta (N + 1, 12, stride) flat, of which the first of each `stride` numbers is the step.
+    delta (N + 1, 12, SIDES) flat, of which the first side is the step.
     """
     stages, x, y, Y = system.stages, system.x, system.y, system.Y
     plan, start, moved = _planned(system, SIDES), np.empty(STATES), np.empty(STATES)
-    piece = 0
     for i in range(x.size):
-        _moved(y, i * STATES, delta, i * FREE * stride, stride, 1.0, start)
-        _moved(y, i * STATES, delta, i * FREE * stride, stride, part, moved)
+        _moved(y, i * STATES, delta, i * FREE * SIDES, 1.0, start)
+        _moved(y, i * STATES, delta, i * FREE * SIDES, part, moved)
         square = 0.0
         for a in range(ROTATION, FORCE):
             square += moved[a] ** 2
@@ -455,7 +453,7 @@ def advance(system: System, delta: Array, stride: int, change: float, part: floa
                 Y_new[at + k] = Y[at + k]
             continue
         plan.X[:] = 0.0
-        piece = _linearise(system, i, piece, plan)
+        _linearise(system, i, plan)
         _condense(system, i, start, plan)
         _solve(plan, change)
         for p in range(PARTS):
@@ -466,16 +464,16 @@ def advance(system: System, delta: Array, stride: int, change: float, part: floa
 
 
 @inline
-def _moved(y: Array, at: int, delta: Array, k: int, stride: int, part: float, out: Array) -> None:
+def _moved(y: Array, at: int, delta: Array, k: int, part: float, out: Array) -> None:
     """The state at `at` moved by a part of the step that begins at k; its quaternion is not of unit length."""
-    phi = (delta[k + PHI * stride], delta[k + (PHI + 1) * stride], delta[k + (PHI + 2) * stride])
+    phi = (delta[k + PHI * SIDES], delta[k + (PHI + 1) * SIDES], delta[k + (PHI + 2) * SIDES])
     dq = half_product(quaternion(y, at + ROTATION), phi)
     for a in range(4):
         out[ROTATION + a] = y[at + ROTATION + a] + part * dq[a]
     for a in range(3):
-        out[POSITION + a] = y[at + POSITION + a] + part * delta[k + (R_ + a) * stride]
-        out[FORCE + a] = y[at + FORCE + a] + part * delta[k + (N_ + a) * stride]
-        out[MOMENT + a] = y[at + MOMENT + a] + part * delta[k + (M_ + a) * stride]
+        out[POSITION + a] = y[at + POSITION + a] + part * delta[k + (R_ + a) * SIDES]
+        out[FORCE + a] = y[at + FORCE + a] + part * delta[k + (N_ + a) * SIDES]
+        out[MOMENT + a] = y[at + MOMENT + a] + part * delta[k + (M_ + a) * SIDES]
 
 
 @jit
@@ -483,11 +481,11 @@ def transfers(system: System, transfer: Array) -> None:
     """Write T_i of (3), with rotations in the fixed frame, for every element that has a width: transfer (12 x 12 each,)."""
     x, y = system.x, system.y
     plan, start, T = _planned(system, FREE + SIDES), np.empty(STATES), np.empty(FREE * ROW)
-    piece, at = 0, 0
+    at = 0
     for i in range(x.size - 1):
         if x[i + 1] == x[i]:
             continue
-        piece = _element(system, i, piece, plan, start, T)
+        _element(system, i, plan, start, T)
         R0 = rotation(quaternion(y, i * STATES + ROTATION))
         R1 = rotation(quaternion(y, (i + 1) * STATES + ROTATION))
         for k in range(FREE):

@@ -65,7 +65,7 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
             return LOST
         if most == 0:
             return CONVERGED
-        advance(system, work.delta, SIDES, 0.0, 1.0, work.y, work.Y)
+        advance(system, work.delta, 0.0, 1.0, work.y, work.Y)
         system.y[:] = work.y
         system.Y[:] = work.Y
         kept[TURNED] += kept[TURN]

@@ -314,8 +314,10 @@ class Equations:
     def moved(self, mesh: Mesh, load_factor: float, delta: Array, change: float = 0.0, part: float = 1.0) -> Mesh:
         """Return the mesh moved along a step of the nodes and a change of the load factor."""
         y, Y = np.empty_like(mesh.y), np.empty_like(mesh.Y)
-        step = np.ascontiguousarray(delta).ravel()
-        collocation.advance(self._system(mesh, load_factor), step, 1, float(change), float(part), y.ravel(), Y.ravel())
+        step = np.zeros((*delta.shape, SIDES))
+        step[:, :, 0] = delta
+        system = self._system(mesh, load_factor)
+        collocation.advance(system, step.ravel(), float(change), float(part), y.ravel(), Y.ravel())
         return Mesh(mesh.x, y, Y)
 
     def newton(
