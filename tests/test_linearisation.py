@@ -17,10 +17,11 @@ import pytest
 
 import darboux as dx
 from darboux import frames
+from darboux.kernels import collocation
 from darboux.kernels.collocation import _gauss
 from darboux.statics import first_shape
 from darboux.statics.collocation_equations import Equations
-from darboux.statics.mesh import Mesh
+from darboux.statics.mesh import Mesh, stage_points
 from tests import cases
 
 Array = np.ndarray
@@ -324,6 +325,16 @@ def test_under_every_load(name: str) -> None:
     assert gap < (BY_DIFFERENCES if "shape" in name else EXACT), f"{gap:.1e}"
 
 
+def pull(s: Array, r: Array, R: Array) -> Array:
+    return -2.0 * r + R[:, :, 0] * s[:, None]
+
+
+def pulls_gradient(s: Array, r: Array, R: Array) -> tuple[Array, Array]:
+    """By r, and by a small turn phi in the section's frame: d1 becomes R (phi x e1)."""
+    by_turn = R @ np.array([[0.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    return np.tile(-2.0 * np.eye(3), (len(s), 1, 1)), by_turn * s[:, None, None]
+
+
 FULL = {"stretch": True, "shear": True}
 RODS = {
     "inextensible": BENT,
@@ -336,6 +347,7 @@ RODS = {
         natural=lambda s: np.stack([s, 1.0 - s, s**2], axis=1),
         stretch=True,
     ),
+    "stepped": dx.Rod(1.0, dx.Stiffness(EI1=lambda s: np.where(s < 0.45, 2.0, 1.0), EI2=1.3, GJ=0.8, mass=1.0)),
 }
 ACTING = {  # which parts of a stage are explicit depends on what acts
     "dead loads": [dx.LineForce((1, 2, -1)), dx.LineCouple((0.5, 1, 0.4)), *DEAD],
@@ -346,6 +358,12 @@ ACTING = {  # which parts of a stage are explicit depends on what acts
         dx.LineForce((2, 1, -1), frame="section"),
         dx.LineCouple((0.5, 1, 0.4), frame="section"),
         *FOLLOWING,
+    ],
+    "of the shape": [
+        dx.Foundation(3.0),
+        dx.LineForce(pull, gradient=pulls_gradient),
+        dx.LineCouple(pull, gradient=pulls_gradient),
+        *DEAD,
     ],
 }
 
@@ -375,6 +393,40 @@ def test_while_another_shape_lets_go(rod: str, load_factor: float) -> None:
     guess = np.stack([0.3 * np.sin(3.0 * x), 0.2 * x**2, 1.5 * x], axis=1)
     gap = left_over(problem, load_factor=load_factor, start=guess)
     assert gap < BY_DIFFERENCES, f"{gap:.1e}"
+
+
+def test_transfers_carry_the_difference_of_two_steps() -> None:
+    """T_i delta_i - delta_i+1 is the same for every end of the rod: the difference of two steps meets T_i d_i = d_i+1."""
+    deltas = []
+    for end in (dx.Free(), dx.Clamped(position=(0, 0, 1.5))):
+        equations = Equations(dx.Equilibrium(RODS["stretching"], end=end, loads=[DEAD[0]]), 2)
+        mesh = drawn(equations, seed=1)
+        deltas.append(equations.newton_step(mesh, 0.7).delta)
+    T = np.empty((mesh.elements, 12, 12))
+    collocation.transfers(*equations._arguments(mesh, 0.7), T.ravel())
+    d = deltas[1] - deltas[0]
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", T, d[:-1]), d[1:], atol=1e-11 * np.max(np.abs(d)))
+
+
+@pytest.mark.parametrize(
+    "end", [dx.Free(), dx.Roller(along=UP), dx.Slider(along=UP)], ids=lambda end: type(end).__name__
+)
+def test_the_sign_of_the_determinant_changes_where_a_column_buckles(end: dx.Free) -> None:
+    """A straight rod on four elements, whose softer plane buckles first; the other one does not until 1.4 times the load."""
+    critical = {"Free": 0.25, "Roller": 20.190728556 / np.pi**2, "Slider": 4.0}[type(end).__name__] * np.pi**2
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.4, EI2=1.0, GJ=0.75))
+    signs = []
+    for share in (0.6, 0.95, 1.05, 1.3):
+        equations = Equations(dx.Equilibrium(rod, end=end, loads=[dx.EndForce((0, 0, -share * critical))]), 3)
+        x = np.linspace(0.0, 1.0, 5)
+        points = stage_points(x, 3)
+        states = [np.zeros((*at.shape, 13)) for at in (x, points)]
+        for y, at in zip(states, (x, points), strict=True):
+            y[..., 2], y[..., 3], y[..., 9] = at, 1.0, -share * critical / equations.scale.force
+        step = equations.newton_step(Mesh(x, *states), 1.0)
+        assert step.length < 1e-12
+        signs.append(step.sign)
+    assert signs[0] == signs[1] == -signs[2] == -signs[3]
 
 
 @pytest.mark.parametrize("scale", [0.999999, 1.000001])
