@@ -33,8 +33,9 @@ fuzz: $(DEV) ## 2,000 random problems, 300 by two methods, 500 random motions an
 	$(BIN)/python -m pytest tests/test_any_problem.py tests/test_any_motion.py tests/test_any_file.py tests/test_close_places.py $(ARGS)
 
 validate: export MPLBACKEND = Agg
-validate: $(DEV) ## every reference case by every method, and docs/validation.md (some minutes)
+validate: $(DEV) ## every reference case by every method, and docs/validation.md; kept answers that take long (some minutes)
 	$(BIN)/python -m tests.validation.page $(ARGS)
+	$(BIN)/python -m pytest -m long tests/frozen
 
 mutants: $(DEV) ## wrong formulas that tests must see (some minutes; ARGS="band link" for some files)
 	$(BIN)/python -m tests.tools.mutants $(ARGS)

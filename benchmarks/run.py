@@ -43,6 +43,7 @@ FAMILIES = (
     "motion",
     "neutral_judge",
     "command",
+    "core",
     "page",
 )
 LAST = ROOT / "benchmarks" / "last.json"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import plots, run
+from benchmarks import core, plots, run
 from benchmarks.timing import Curve, Row, Spread
 
 COST = Spread(2.0, 1.9, 2.1)
@@ -95,3 +95,25 @@ def test_every_family_has_its_module_and_every_panel_its_family() -> None:
 
     assert all(find_spec(f"benchmarks.{family}") for family in run.FAMILIES)
     assert {panel.split(".")[0] for panel in plots.PANELS} <= set(run.FAMILIES)
+
+
+def test_a_solver_is_timed_in_a_process_of_its_own(tmp_path: Any) -> None:
+    with core.Side(core.ROOT / "src", str(tmp_path)) as side:
+        seconds, tip = side.seconds("force_10", 2)
+        assert 0.0 < seconds < 60.0
+        assert np.linalg.norm(tip) < 1.0
+        with pytest.raises(LookupError, match="KeyError"):
+            side.seconds("nothing")
+
+
+def test_a_base_that_git_does_not_have_is_a_remark(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(core, "BASE", 40 * "0")
+    (remark,) = core.rows(quick=True)
+    assert isinstance(remark, str)
+    assert "not timed against commit 0000000" in remark
+
+
+def test_the_works_of_the_core_are_those_that_the_worker_knows() -> None:
+    from benchmarks.core_worker import WORKS
+
+    assert [asked.work for asked in core.WORKS] == list(WORKS)

@@ -73,22 +73,38 @@ def everything() -> dx.Equilibrium:
     return dx.Equilibrium(rod, loads=loads)
 
 
-def test_newtons_method_is_quadratic_with_every_load() -> None:
-    """The size of each step is the square of the last, which holds for an exact Jacobian only."""
-    problem = everything()
-    equations = Equations(problem, stages=4)
-    state = equations.unloaded()
-    sizes = []
-    mesh = state.mesh
+QUADRATIC = 10.0  # times the square of a step is the largest that may follow it: measured 0.3
+SETTLED = 1e-12  # below it steps are rounding
+
+
+def newtons_steps(part: float = 1.0) -> list[float]:
+    """The sizes of Newton's steps to half the loads of everything, of which only a part is taken."""
+    equations = Equations(everything(), stages=4)
+    mesh, sizes = equations.unloaded().mesh, []
     for _ in range(7):
         step = equations.newton_step(mesh, 0.5)
         sizes.append(step.length)
-        mesh = equations.moved(mesh, 0.5, step.delta)
-    late = [size for size in sizes if 1e-13 < size < 0.1]
-    assert len(late) >= 2, sizes
-    orders = [np.log(b) / np.log(a) for a, b in itertools.pairwise(late)]
-    assert max(orders) > 1.7, (sizes, orders)
-    assert sizes[-1] < 1e-12, sizes
+        mesh = equations.moved(mesh, 0.5, part * step.delta)
+    return sizes
+
+
+def are_quadratic(sizes: list[float]) -> bool:
+    """Whether every step from the first small one on is bounded by the square of the one before."""
+    late = [size for size in sizes if size < 0.1]
+    return all(b < QUADRATIC * a**2 + SETTLED for a, b in itertools.pairwise(late)) and sizes[-1] < SETTLED
+
+
+def test_newtons_method_is_quadratic_with_every_load() -> None:
+    """Each step is bounded by the square of the one before, which holds for an exact Jacobian only."""
+    sizes = newtons_steps()
+    assert are_quadratic(sizes), sizes
+
+
+@pytest.mark.parametrize("part", [0.95, 0.999, 1.05])
+def test_a_jacobian_that_is_a_little_off_is_not_quadratic(part: float) -> None:
+    """A Jacobian over `part` gives this part of Newton's step."""
+    sizes = newtons_steps(part)
+    assert not are_quadratic(sizes), sizes
 
 
 def test_the_tangent_is_the_derivative_by_the_load() -> None:

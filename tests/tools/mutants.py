@@ -51,6 +51,12 @@ INERTIA = "kernels/test_inertia.py::test_blocks_without_a_pivot_of_their_own_wai
 ONE_STEP = "kernels/test_dormand_prince.py::test_one_step_has_the_declared_order"
 MOTION = "kernels/test_rod_motion.py::test_the_band_is_the_derivative_of_the_balance"
 RING = "kernels/test_ring.py::test_the_ring_of_a_band_is_solved_as_a_dense_matrix"
+EVERY_LOAD = "test_linearisation.py::test_under_every_load"
+EVERY_ROD = "test_linearisation.py::test_of_every_rod_under_every_kind_of_load"
+LETS_GO = "test_linearisation.py::test_while_another_shape_lets_go"
+STATIONS = "test_linearisation.py::test_at_two_stations"
+SIGN = "test_linearisation.py::test_the_sign_of_the_determinant_changes_where_a_column_buckles"
+TRANSFERS = "test_linearisation.py::test_transfers_carry_the_difference_of_two_steps"
 GAUSS = "kernels/test_collocation.py::test_weights_integrate_polynomials"
 SPRING = "test_collocation.py::test_a_rotational_spring_gives_what_its_energy_says"
 
@@ -81,6 +87,25 @@ MUTANTS = (
     Mutant("kernels/profile.py", "c[j] = c[j] * x + profile.coefficients[row + j]", "c[j] = c[j] * x - profile.coefficients[row + j]", "kernels/test_dormand_prince.py::test_varying_coefficients_agree_with_scipy"),
     Mutant("kernels/profile.py", "breaks[p + 1] <= s", "breaks[p + 1] < s - 0.1", "kernels/test_dormand_prince.py::test_jump_is_two_integrations_joined"),
     Mutant("kernels/collocation.py", "a = (c[:, None] ** powers / powers) @ np.linalg.inv", "a = (c[:, None] ** powers) @ np.linalg.inv", GAUSS),
+    Mutant("kernels/collocation.py", "g[j + row + a] -= load_factor * shaped[f + a]", "g[j + row + a] += load_factor * shaped[f + a]", EVERY_LOAD),
+    Mutant("kernels/collocation.py", "g[j + STATES + row + a] -= shaped[f + a]", "g[j + STATES + row + a] -= load_factor * shaped[f + a]", EVERY_LOAD),
+    Mutant("kernels/collocation.py", "before = J[k_ab] if part == 0 else 0.0", "before = 0.0", EVERY_ROD),
+    Mutant("kernels/collocation.py", "J[(row + a) * STATES + ROTATION + b] -= load_factor * by_turn[a]", "J[(row + a) * STATES + ROTATION + b] += load_factor * by_turn[a]", EVERY_ROD),
+    Mutant("kernels/collocation.py", "put(dy, j + MOMENT, 1, minus(cross(n, dr), l))", "put(dy, j + MOMENT, 1, plus(cross(n, dr), l))", EVERY_LOAD),
+    Mutant("kernels/collocation.py", "plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)), rotate(frame, vector(c, FOLLOWER_FORCE))", "plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)), vector(c, FOLLOWER_FORCE)", EVERY_LOAD),
+    Mutant("kernels/collocation.py", "dr = scaled(yielding * dot(n, d3), d3)", "dr = scaled(-yielding * dot(n, d3), d3)", LETS_GO),
+    Mutant("kernels/collocation.py", "put_quaternion(g, j + STATES + ROTATION, 1, dq)", "pass", LETS_GO),
+    Mutant("kernels/collocation.py", "while piece < table.breaks.size - 2 and table.breaks[piece + 1] <= place:", "while False:", EVERY_ROD),
+    Mutant("kernels/collocation.py", "X[x + (a + 1) * width - SIDES] += start[number]", "X[x + (a + 1) * width - SIDES] -= start[number]", STATIONS),
+    Mutant("kernels/collocation.py", "METHODS[weights + j * count + l]", "METHODS[weights + l * count + j]", STATIONS),
+    Mutant("kernels/collocation.py", "coupled, stretches = columns(table) > WIDTH,", "coupled, stretches = False,", EVERY_ROD),
+    Mutant("kernels/collocation.py", "        if V[k * width + k] < 0.0:\n            sign = -sign\n", "", SIGN),
+    Mutant("kernels/collocation.py", "(1.0 if k < FREE else -1.0), sides + k", "1.0, sides + k", STATIONS),
+    Mutant("kernels/collocation.py", "            joint += 1\n", "", STATIONS),
+    Mutant("kernels/collocation.py", "value -= factors[f + FREE + k] * delta[there + k * SIDES + side]", "value += factors[f + FREE + k] * delta[there + k * SIDES + side]", STATIONS),
+    Mutant("kernels/collocation.py", "value = X[x + unknowns] + change * X[x + unknowns + 1]", "value = X[x + unknowns]", STATIONS),
+    Mutant("kernels/collocation.py", "last[i * width + j] -= factor * last[k * width + j]", "last[i * width + j] += factor * last[k * width + j]", STATIONS),
+    Mutant("kernels/collocation.py", "transfer[at + row * FREE + k] = T[row * ROW + k]", "transfer[at + k * FREE + row] = T[row * ROW + k]", TRANSFERS),
     Mutant("kernels/support.py", "z = a * h - d * e - b * g + c * f", "z = a * h + d * e - b * g + c * f", SPRING),
     Mutant("kernels/support.py", "plus(moment, scaled(0.5, first))", "plus(moment, scaled(-0.5, first))", SPRING),
     Mutant("kernels/rod_motion.py", "    add(residual, 4 * j - 4, scaled(-s, e))\n", "    add(residual, 4 * j - 4, scaled(s, e))\n", MOTION),
