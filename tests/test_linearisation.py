@@ -396,15 +396,19 @@ def test_while_another_shape_lets_go(rod: str, load_factor: float) -> None:
 
 
 def test_transfers_carry_the_difference_of_two_steps() -> None:
-    """T_i delta_i - delta_i+1 is the same for every end of the rod: the difference of two steps meets T_i d_i = d_i+1."""
+    """T_i delta_i - delta_i+1 is the same for every end of the rod: the difference of two steps meets T_i d_i = d_i+1.
+
+    The rotations of T_i are in the fixed frame, those of a step in the section's.
+    """
     deltas = []
     for end in (dx.Free(), dx.Clamped(position=(0, 0, 1.5))):
         equations = Equations(dx.Equilibrium(RODS["stretching"], end=end, loads=[DEAD[0]]), 2)
         mesh = drawn(equations, seed=1)
         deltas.append(equations.newton_step(mesh, 0.7).delta)
     T = np.empty((mesh.elements, 12, 12))
-    collocation.transfers(*equations._arguments(mesh, 0.7), T.ravel())
+    collocation.transfers(equations._system(mesh, 0.7), T.ravel())
     d = deltas[1] - deltas[0]
+    d[:, 3:6] = np.einsum("nij,nj->ni", frames.matrix_of_quaternion(mesh.y[:, 3:7]), d[:, 3:6])
     np.testing.assert_allclose(np.einsum("nij,nj->ni", T, d[:-1]), d[1:], atol=1e-11 * np.max(np.abs(d)))
 
 

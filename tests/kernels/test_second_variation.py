@@ -15,7 +15,7 @@ X = np.array([0.0, 0.1, 0.35, 0.5, 0.8, 1.0])
 
 
 def transfers(force: float) -> np.ndarray:
-    """Those of a straight rod under tension, EI = 2, GJ = 1.5, EA = 9: r' = theta x e3 + stretch, theta' = B^-1 m, m' = n e3 x theta - .."""
+    """Those of a straight rod under tension, EI = 2, GJ = 1.5, EA = 9, with r' = theta x e3 + n3 / EA e3 and theta' = B^-1 m."""
     A = np.zeros((BLOCK, BLOCK))
     E = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 0]])  # e3 x
     A[0:3, 3:6] = -E

@@ -59,6 +59,11 @@ SIGN = "test_linearisation.py::test_the_sign_of_the_determinant_changes_where_a_
 TRANSFERS = "test_linearisation.py::test_transfers_carry_the_difference_of_two_steps"
 GAUSS = "kernels/test_collocation.py::test_weights_integrate_polynomials"
 SPRING = "test_collocation.py::test_a_rotational_spring_gives_what_its_energy_says"
+PIECES = "kernels/test_second_variation.py::test_the_sum_is_the_energy_of_the_pieces"
+HELD = "kernels/test_second_variation.py::test_a_held_node_keeps_its_motions_and_forces"
+ROUGH = "kernels/test_mesh.py::test_roughness_is_the_power_of_h_times_the_next_derivative"
+HELIX = "kernels/test_framed_curve.py::test_constant_curvature_and_twist_make_a_helix"
+SETTLES = "kernels/test_newton.py::test_the_kernel_takes_the_steps_of_the_rule"
 
 MUTANTS = (
     Mutant("kernels/algebra.py", "a[2] * b[0] - a[0] * b[2]", "a[0] * b[2] - a[2] * b[0]", DERIVATIVE),
@@ -101,11 +106,27 @@ MUTANTS = (
     Mutant("kernels/collocation.py", "coupled, stretches = columns(table) > WIDTH,", "coupled, stretches = False,", EVERY_ROD),
     Mutant("kernels/collocation.py", "        if V[k * width + k] < 0.0:\n            sign = -sign\n", "", SIGN),
     Mutant("kernels/collocation.py", "(1.0 if k < FREE else -1.0), sides + k", "1.0, sides + k", STATIONS),
-    Mutant("kernels/collocation.py", "            joint += 1\n", "", STATIONS),
+    Mutant("kernels/collocation.py", "            station += 1\n", "", STATIONS),
     Mutant("kernels/collocation.py", "value -= factors[f + FREE + k] * delta[there + k * SIDES + side]", "value += factors[f + FREE + k] * delta[there + k * SIDES + side]", STATIONS),
     Mutant("kernels/collocation.py", "value = X[x + unknowns] + change * X[x + unknowns + 1]", "value = X[x + unknowns]", STATIONS),
     Mutant("kernels/collocation.py", "last[i * width + j] -= factor * last[k * width + j]", "last[i * width + j] += factor * last[k * width + j]", STATIONS),
     Mutant("kernels/collocation.py", "transfer[at + row * FREE + k] = T[row * ROW + k]", "transfer[at + k * FREE + row] = T[row * ROW + k]", TRANSFERS),
+    Mutant("kernels/support.py", "difference[k] = before[k] - (behind[k] if k >= FORCE else 0.0)", "difference[k] = before[k]", STATIONS),
+    Mutant("kernels/support.py", "out[row + FREE + k] = -own[i * ROW + k]", "out[row + FREE + k] = own[i * ROW + k]", STATIONS),
+    Mutant("kernels/support.py", "out[(3 + a) * 7] += load_factor * dot(d, A)", "out[(3 + a) * 7] -= load_factor * dot(d, A)", "test_offsets.py::test_the_index_is_the_same_by_both_methods_where_much_is_off_the_centre"),
+    Mutant("kernels/second_variation.py", "T[at + (9 + a) * BLOCK + j] += 0.5 * more[a]", "T[at + (9 + a) * BLOCK + j] -= 0.5 * more[a]", PIECES),
+    Mutant("kernels/second_variation.py", "T[first + 3 + a] -= 0.5 * more[a]", "T[first + 3 + a] += 0.5 * more[a]", PIECES),
+    Mutant("kernels/second_variation.py", "below[at + a * BLOCK + HALF + b] = inverse[b * HALF + a]", "below[at + a * BLOCK + HALF + b] = inverse[a * HALF + b]", PIECES),
+    Mutant("kernels/second_variation.py", "D[k * BLOCK + j] += motions[a * HALF + k] * row[a]", "D[k * BLOCK + j] += motions[k * HALF + a] * row[a]", HELD),
+    Mutant("kernels/second_variation.py", "for k in range(count, HALF):", "for k in range(HALF, HALF):", HELD),
+    Mutant("kernels/mesh.py", "jump /= 0.5 * (h + last)", "jump /= h + last", ROUGH),
+    Mutant("kernels/mesh.py", "breaks[next_break] == x[i]", "breaks[next_break] == x[i + 1]", ROUGH),
+    Mutant("kernels/mesh.py", "share *= t - c[k]", "share *= t + c[k]", "kernels/test_mesh.py::test_the_polynomials_are_exact_up_to_their_degree"),
+    Mutant("kernels/framed_curve.py", "w * g - a * j + b * e + c * f", "w * g + a * j + b * e - c * f", HELIX),
+    Mutant("kernels/framed_curve.py", "scaled(4.0, vector(directions, 3))", "scaled(3.0, vector(directions, 3))", HELIX),
+    Mutant("kernels/newton.py", "kept[SIGN] *= np.sign(pivot)", "pass", SIGN),
+    Mutant("kernels/newton.py", "length > max(0.5 * last, 10.0 * tolerance, floor)", "length > max(2.0 * last, 10.0 * tolerance, floor)", SETTLES),
+    Mutant("kernels/newton.py", "(length / last) ** 2 if np.isfinite(last)", "(length / last) ** 3 if np.isfinite(last)", SETTLES),
     Mutant("kernels/support.py", "z = a * h - d * e - b * g + c * f", "z = a * h + d * e - b * g + c * f", SPRING),
     Mutant("kernels/support.py", "plus(moment, scaled(0.5, first))", "plus(moment, scaled(-0.5, first))", SPRING),
     Mutant("kernels/rod_motion.py", "    add(residual, 4 * j - 4, scaled(-s, e))\n", "    add(residual, 4 * j - 4, scaled(s, e))\n", MOTION),
