@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, frames, profile
+from darboux import above, checks, frames, profile
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.loads import Distributed, EndLoad
@@ -324,9 +324,7 @@ class Motion:
                 )
 
     def _repr_html_(self) -> str:
-        from darboux.view import html
-
-        return html.page(self)
+        return above.call("page", self)
 
     # -- what is asked at a time ---------------------------------------------------------------------------------
 

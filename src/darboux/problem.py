@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, frames
+from darboux import above, checks, frames
 from darboux.checks import ONE_PLACE, assign, description
 from darboux.errors import InvalidInput
 from darboux.loads import Distributed, EndLoad, Foundation, LineCouple, LineForce, Load, breaks_of
@@ -230,14 +230,10 @@ class Equilibrium:
 
         Raises ``InvalidInput`` where a part is a Python function, which no file can hold.
         """
-        from darboux.scenario import Scenario
-
-        Scenario(self, method).write(path)
+        above.call("to_toml", self, path, method)
 
     def _repr_html_(self) -> str:
-        from darboux.view import html
-
-        return html.page(self)
+        return above.call("page", self)
 
     @property
     def uniform(self) -> bool:
