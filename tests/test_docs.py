@@ -52,6 +52,10 @@ def test_a_method_stands_on_its_floor() -> None:
     assert not missing, f"pyproject.toml: {sorted(missing)} belong into the contract, on the floor {layers[1]}"
 
 
+def test_no_contract_has_exceptions() -> None:
+    assert not [contract["name"] for contract in CONTRACTS if "ignore_imports" in contract]
+
+
 def test_what_is_called_by_name_is_there_and_nothing_else() -> None:
     source = "".join(path.read_text() for path in SOURCE.rglob("*.py"))
     assert set(re.findall(r'above\.call\("(\w+)"', source)) == set(above.PLACES)
