@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from darboux import above, checks, mistakes
 from darboux.errors import InvalidInput, NotConverged
 from darboux.motion import SUMMED, Motion
-from darboux.problem import Ring
 from darboux.solution import Status
 from darboux.supports import Support
 
@@ -182,8 +181,8 @@ class Trajectory:
         """Return the cubic in s through vertices r (..., N + 1, 3), which closes smoothly where the rod is a ring."""
         from scipy.interpolate import CubicSpline
 
-        closed = isinstance(self.motion.problem, Ring)
-        return CubicSpline(self.s, r, axis=-2, bc_type="periodic" if closed else "not-a-knot")
+        ends = "periodic" if self.motion.problem.closed else "not-a-knot"
+        return CubicSpline(self.s, r, axis=-2, bc_type=ends)
 
     @property
     def held(self) -> list[tuple[Array, Support]]:
