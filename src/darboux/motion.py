@@ -49,6 +49,8 @@ class Moving:
 class Damping:
     """What takes energy from a motion; there is none but what is asked for."""
 
+    power = 0  # of the velocity, by which a fluid drags
+
     @property
     def slowing(self) -> float:
         """The force against the motion over mass and velocity, in 1/s."""
@@ -102,9 +104,8 @@ class KelvinVoigt(Damping):
 
 
 class _Drag(Damping):
-    """The force of a fluid on the rod's side, by a power of the velocity."""
+    """The force of a fluid on the rod's side."""
 
-    power: int
     along: float
     across: float
     fluid: Any
@@ -386,7 +387,7 @@ class Motion:
     @property
     def drags(self) -> tuple[LinearDrag | QuadraticDrag, ...]:
         """The drags among the dampings, each in a fluid of its own."""
-        return tuple(part for part in self.damping if isinstance(part, LinearDrag | QuadraticDrag))
+        return tuple(part for part in self.damping if part.power)
 
     def fluids(self, t: float) -> Array:
         """Return the velocities of the fluids of the ``drags`` at the time t: (n, 3) in m/s."""
