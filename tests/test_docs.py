@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import tomllib
 from pathlib import Path
@@ -9,10 +10,12 @@ from pathlib import Path
 import pytest
 
 import darboux as dx
+from darboux import above
 
 DOCS = Path(__file__).parent.parent / "docs"
 REFERENCE = "\n".join(page.read_text() for page in sorted((DOCS / "reference").glob("*.md")))
 SOURCE = Path(dx.__file__).parent
+CONTRACTS = tomllib.loads((DOCS.parent / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
 
 
 @pytest.mark.parametrize("name", [*dx.__all__, "open"])
@@ -42,9 +45,20 @@ def test_every_how_to_checks_a_number_and_has_a_picture() -> None:
 
 def test_a_method_stands_on_its_floor() -> None:
     """The contract that keeps methods apart knows them by their modules' names, and not those that nobody gave it."""
-    contracts = tomllib.loads((DOCS.parent / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    layers = next(x["layers"] for x in contracts if x["name"] == "Methods do not import one another")
+    layers = next(x["layers"] for x in CONTRACTS if x["name"] == "Methods do not import one another")
     methods = {name for name in dx.__all__ if hasattr(getattr(dx, name), "refuses")}
     modules = {getattr(dx, name).__module__.rpartition(".")[2] for name in methods}
     missing = modules - set(re.findall(r"\w+", layers[1]))
     assert not missing, f"pyproject.toml: {sorted(missing)} belong into the contract, on the floor {layers[1]}"
+
+
+def test_no_contract_has_exceptions() -> None:
+    assert not [contract["name"] for contract in CONTRACTS if "ignore_imports" in contract]
+
+
+def test_what_is_called_by_name_is_there_and_nothing_else() -> None:
+    source = "".join(path.read_text() for path in SOURCE.rglob("*.py"))
+    assert set(re.findall(r'above\.call\("(\w+)"', source)) == set(above.PLACES)
+    for place in above.PLACES.values():
+        module, function = place.split(":")
+        assert callable(getattr(importlib.import_module(module), function)), place

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import spence
 
 import darboux as dx
+from darboux import section
 
 ONE = np.zeros(1)
+
+
+def test_the_chi_function_of_a_rectangle_is_half_of_two_dilogarithms() -> None:
+    z = np.concatenate([[0.0, 1e-9, 1.0 - 1e-9, 1.0], np.linspace(0.0, 1.0, 101)])
+    np.testing.assert_allclose(section._chi2(z), 0.5 * (spence(1.0 - z) - spence(1.0 + z)), rtol=1e-14, atol=2e-15)
 
 
 def test_ellipse_of_unequal_axes() -> None:

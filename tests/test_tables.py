@@ -5,8 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 import darboux as dx
+from darboux.interpolation import _of_spline
 from darboux.statics import coefficients, limits
 
 Array = NDArray[np.float64]
@@ -87,6 +89,15 @@ def test_smooth_rows_are_a_cubic_spline_of_order_4_and_a_sign_that_rows_have_is_
     order = np.log2(errors[0] / errors[1])
     assert order > 3.5, f"measured order {order:.2f}, declared 4"
     assert np.min(dx.Table(np.linspace(0.0, 1.0, 4), [1.0, 0.01, 0.01, 1.0])(fine)) > 0.0
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 8, 50, 1000])
+def test_slopes_are_those_of_a_spline(n: int) -> None:
+    random = np.random.default_rng(n)
+    s, rows = np.cumsum(10.0 ** random.uniform(0.0, 2.0, n)), random.normal(size=(n, 2))
+    h = np.diff(s)[:, None]
+    expected = CubicSpline(s, rows)(s, 1)
+    assert np.max(np.abs(_of_spline(h, np.diff(rows, axis=0) / h) - expected)) < 1e-13 * np.max(np.abs(expected))
 
 
 # -- steps and sharp bends -----------------------------------------------------------------------------------------------

@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from darboux import above
+
 __version__ = "0.1.0"  # the same stands in pyproject.toml; a test holds them together
 
 # Where each public name is made.
@@ -45,6 +47,20 @@ _HOMES = {
     "dynamics.modes": ("natural_modes",),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+# What modules below call by name, as in `solution.plot()`, and where it is.
+above.PLACES.update(
+    animate="darboux.view.animation:animate",
+    export="darboux.view.space.export:export",
+    material="darboux.materials:named",
+    page="darboux.view.html:page",
+    plot="darboux.view.plots:plot",
+    plot_fields="darboux.view.plots:plot_fields",
+    save="darboux.store:save",
+    stream="darboux.stream:Stream",
+    to_toml="darboux.scenario:write",
+    view="darboux.view.space.show:view",
+)
 
 # All but `open`, so that `from darboux import *` leaves Python's own alone.
 __all__ = [

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.curve import GAUSS, Curve, gauss_points
-from darboux.loads import LineForce
 from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
@@ -57,10 +56,10 @@ def loads_along(problem: Equilibrium, s: Array, y: Array) -> tuple[Array, Array]
     loads = problem.distributed(s)
     f, l = loads.force(r, R), loads.couple(R)
     for load in problem.of_shape:
-        if isinstance(load, LineForce):
-            f = f + load.at_shape(s, r, R)
-        else:
+        if load.is_couple:
             l = l + load.at_shape(s, r, R)
+        else:
+            f = f + load.at_shape(s, r, R)
     return f, l
 
 

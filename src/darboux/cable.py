@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.curve import Curve
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def cable(problem: Equilibrium, curve: Curve, v: Array, points: Array, weights: 
     loads = problem.distributed(points).a
     pull, all_pulls = weights @ loads, float(weights @ np.linalg.norm(loads, axis=1))
     hangs = float(np.linalg.norm(pull)) > LIGHT * all_pulls
-    if not hangs or isinstance(problem, Ring) or not all(all(end.held_displacement) for end in ends):
+    if not hangs or problem.closed or not all(all(end.held_displacement) for end in ends):
         return None
     down = pull / np.linalg.norm(pull)
     s = np.union1d(np.linspace(0.0, problem.rod.length, SAMPLES), curve.s)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from darboux import checks
+from darboux import above, checks
 from darboux.checks import checked_call
 from darboux.errors import InvalidInput
 from darboux.kernels.jit import announced
@@ -71,9 +71,7 @@ class Comparison:
 
     def view(self, **options: Any) -> Any:
         """Show all answers in one space, the reference first; the options are ``EquilibriumSolution.view``'s."""
-        from darboux.view.space import show
-
-        return show.view(self, **options)
+        return above.call("view", self, **options)
 
     @property
     def verdict(self) -> str:
@@ -124,14 +122,10 @@ class Comparison:
         ``ax`` are plain axes of Matplotlib, with your own settings; small ones get no inset. None: a new figure of
         ``pyplot``'s in our style. Returns the axes.
         """
-        from darboux.view import shapes, style
-
-        return shapes.comparison(self, ax, style.shown_figure())
+        return above.call("plot", self, ax=ax)
 
     def _repr_html_(self) -> str:
-        from darboux.view import html
-
-        return html.page(self)
+        return above.call("page", self)
 
     def __rich__(self) -> Table:
         return self.table()

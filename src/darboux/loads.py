@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import checks, frames, profile
-from darboux.checks import assign, description
+from darboux.checks import Vector, assign, description
 from darboux.errors import InvalidInput
 from darboux.profile import Table, Varying
 
@@ -133,6 +133,21 @@ class Load:
         """The s in m between the ends that the load acts on, or None."""
         return None
 
+    @property
+    def of_shape(self) -> bool:
+        """True where the load is a function of s, r and R."""
+        return False
+
+    @property
+    def may_hold(self) -> bool:
+        """True where the load may hold the rod in place."""
+        return self.of_shape
+
+    @property
+    def frame_spin(self) -> Vector | None:
+        """The angular velocity (3,) in rad/s of the frame in which the load has all seen, or None."""
+        return None
+
     def add_point(self, total: EndLoad) -> None:
         """Add this load's part at its point."""
 
@@ -160,6 +175,7 @@ class _Spread(Load):
 
     field_name = ""
     unit = ""
+    is_couple = False
     frame: str
     gradient: Any
 
@@ -183,7 +199,6 @@ class _Spread(Load):
 
     @property
     def of_shape(self) -> bool:
-        """True where the load is a function of s, r and R."""
         return profile.arguments_of(self._value()) == 3
 
     def at_shape(self, s: Array, r: Array, R: Array) -> Array:
@@ -263,6 +278,7 @@ class LineCouple(_Spread):
 
     field_name = "line_couple.couple"
     unit = "N"
+    is_couple = True
 
     def __post_init__(self) -> None:
         self._check()
@@ -305,6 +321,10 @@ class Rotation(Load):
 
     def datum(self, s: Array) -> Array:
         return np.tile(self.point, (len(s), 1))
+
+    @property
+    def frame_spin(self) -> Vector:
+        return self.omega  # type: ignore[no-any-return]
 
 
 @description
@@ -368,6 +388,10 @@ class Foundation(Load):
 
     def datum(self, s: Array) -> Array:
         return np.asarray(np.array(self.point) + s[:, None] * np.array(self.direction))
+
+    @property
+    def may_hold(self) -> bool:
+        return True
 
     @property
     def varies(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from darboux import checks
+from darboux import above, checks
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 
@@ -59,9 +59,7 @@ class Material:
 
     def _take(self, name: str) -> None:
         """Take what is not given from the material of that name."""
-        from darboux import materials
-
-        known = materials.named("material", name)
+        known: Material = above.call("material", "material", name)
         given = {part for part in ("nu", "G", "density", "strength") if getattr(self, part) is not None}
         given |= {"nu", "G"} if given & {"nu", "G"} else set()
         assign(self, E=known.E, **{part: value for part, value in vars(known).items() if part not in given | {"E"}})

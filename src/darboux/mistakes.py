@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from darboux.loads import Gravity
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 
 DEGREES = 10.0  # rad: a whole number from here on is taken for degrees
 THIN_AIR = 0.1  # kg/m^3, below the density of any solid: t/mm^3 are 1e-12 of it
@@ -17,7 +17,7 @@ def of_problem(problem: Equilibrium) -> list[str]:
     """Return a sentence for each mistake that a problem seems to hold."""
     rod, found = problem.rod, []
     ends = (problem.start, problem.end)
-    held_twice = all(all(end.held_displacement) for end in ends) and not isinstance(problem, Ring)
+    held_twice = all(all(end.held_displacement) for end in ends) and not problem.closed
     if held_twice and np.array_equal(*(end.position for end in ends)):
         place = ", ".join(f"{x:g}" for x in problem.end.position)
         found.append(
@@ -26,7 +26,7 @@ def of_problem(problem: Equilibrium) -> list[str]:
         )
     for name, end in zip(("start", "end"), ends, strict=True):
         twist = float(end.twist)
-        if abs(twist) >= DEGREES and twist == round(twist) and not isinstance(problem, Ring):
+        if abs(twist) >= DEGREES and twist == round(twist) and not problem.closed:
             found.append(
                 f"the twist of the support at the {name} is {twist:g} rad, which is {twist / (2.0 * np.pi):.3g} turns; {twist:g} "
                 f"degrees are {np.radians(twist):.6g} rad."

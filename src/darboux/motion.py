@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, frames, profile
-from darboux.checks import assign, description
+from darboux import above, checks, frames, profile
+from darboux.checks import Vector, assign, description
 from darboux.errors import InvalidInput
 from darboux.loads import Distributed, EndLoad
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.profile import Table
 from darboux.solution import EquilibriumSolution
 from darboux.supports import Support
@@ -49,6 +49,18 @@ class Moving:
 class Damping:
     """What takes energy from a motion; there is none but what is asked for."""
 
+    power = 0  # of the velocity, by which a fluid drags
+
+    @property
+    def slowing(self) -> float:
+        """The force against the motion over mass and velocity, in 1/s."""
+        return 0.0
+
+    @property
+    def times(self) -> Vector:
+        """The viscosities over the stiffnesses in bending, twist and stretch, in s."""
+        return (0.0, 0.0, 0.0)
+
 
 @description
 class MassDamping(Damping):
@@ -61,6 +73,11 @@ class MassDamping(Damping):
 
     def __post_init__(self) -> None:
         assign(self, rate=checks.not_negative("mass_damping.rate", self.rate, "1/s"))
+
+    @property
+    def slowing(self) -> float:
+        """The rate in 1/s."""
+        return self.rate
 
 
 @description
@@ -79,6 +96,11 @@ class KelvinVoigt(Damping):
     def __post_init__(self) -> None:
         names = ("bending", "twist", "stretch")
         assign(self, **{n: checks.not_negative(f"kelvin_voigt.{n}", getattr(self, n), "s") for n in names})
+
+    @property
+    def times(self) -> Vector:
+        """Those of bending, twist and stretch, in s."""
+        return (self.bending, self.twist, self.stretch)
 
 
 class _Drag(Damping):
@@ -109,6 +131,8 @@ class LinearDrag(_Drag):
     across: float
     fluid: Any = (0.0, 0.0, 0.0)
 
+    power = 1
+
     def __post_init__(self) -> None:
         self._check("linear_drag", "N s/m^2")
 
@@ -126,6 +150,8 @@ class QuadraticDrag(_Drag):
     along: float
     across: float
     fluid: Any = (0.0, 0.0, 0.0)
+
+    power = 2
 
     def __post_init__(self) -> None:
         self._check("quadratic_drag", "N s^2/m^3")
@@ -176,7 +202,7 @@ class Motion:
         for i, part in enumerate(damping):
             checks.instance(f"motion.damping[{i}]", part, Damping, "a damping, such as MassDamping(2.0)")
         assign(self, damping=tuple(damping), release=self._releases(), load_factor=self._checked_factors())
-        if isinstance(self.problem, Ring):
+        if self.problem.closed:
             self._check_ring(self.problem)
         if self.rotary_inertia is not None:
             assign(self, rotary_inertia=checks.positive("motion.rotary_inertia", self.rotary_inertia, "kg m"))
@@ -213,7 +239,7 @@ class Motion:
         one = (1.0 if factor is None else factor for factor in self.load_factor)
         return tuple(_checked_factor(f"motion.load_factor[{i}]", factor) for i, factor in enumerate(one))
 
-    def _check_ring(self, ring: Ring) -> None:
+    def _check_ring(self, ring: Equilibrium) -> None:
         """Refuse what needs an end that is held."""
         for name in ("start", "end", "release"):
             if getattr(self, name):
@@ -221,7 +247,7 @@ class Motion:
                     f"motion.{name} is given, but a Ring is free in motion from the first; leave it out."
                 )
         if isinstance(self.initial, EquilibriumSolution):
-            link = getattr(self.initial.problem, "link", None)
+            link = self.initial.problem.link
             if link != ring.link:
                 what = "a rod with two ends" if link is None else f"a Ring with link={link:g}"
                 raise InvalidInput(
@@ -324,9 +350,7 @@ class Motion:
                 )
 
     def _repr_html_(self) -> str:
-        from darboux.view import html
-
-        return html.page(self)
+        return above.call("page", self)
 
     # -- what is asked at a time ---------------------------------------------------------------------------------
 
@@ -363,7 +387,7 @@ class Motion:
     @property
     def drags(self) -> tuple[LinearDrag | QuadraticDrag, ...]:
         """The drags among the dampings, each in a fluid of its own."""
-        return tuple(part for part in self.damping if isinstance(part, LinearDrag | QuadraticDrag))
+        return tuple(part for part in self.damping if part.power)
 
     def fluids(self, t: float) -> Array:
         """Return the velocities of the fluids of the ``drags`` at the time t: (n, 3) in m/s."""
@@ -417,11 +441,11 @@ class Motion:
     @property
     def supports(self) -> tuple[tuple[float, Support], ...]:
         """All that holds the rod before an end is released: (s in m, support); of a ring that between its ends."""
-        return self.problem.between if isinstance(self.problem, Ring) else self.problem.supports
+        return self.problem.between if self.problem.closed else self.problem.supports
 
     def held(self, at: str, t: float) -> bool:
         """Return whether the support ``at`` still holds the end just after the time t; a ring's never does."""
-        if isinstance(self.problem, Ring):
+        if self.problem.closed:
             return False
         released = any(end == at and time <= t for end, time in self.release)
         return getattr(self.problem, at).holds and not released

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, frames
-from darboux.checks import ONE_PLACE, assign, description
+from darboux import above, checks, frames
+from darboux.checks import ONE_PLACE, Vector, assign, description
 from darboux.errors import InvalidInput
-from darboux.loads import Distributed, EndLoad, Foundation, LineCouple, LineForce, Load, breaks_of
+from darboux.loads import Distributed, EndLoad, LineCouple, LineForce, Load, breaks_of
 from darboux.profile import Table
 from darboux.rod import Rod
 from darboux.supports import Clamped, Free, Support
@@ -120,7 +120,7 @@ class Equilibrium:
     @property
     def _drawn_back(self) -> bool:
         """True where a load may hold the rod in place."""
-        return any(isinstance(load, Foundation) for load in self.loads) or bool(self.of_shape)
+        return any(load.may_hold for load in self.loads)
 
     def _check_motions(self) -> None:
         """Refuse supports that leave the rod a rigid translation that nothing draws back."""
@@ -215,7 +215,22 @@ class Equilibrium:
     @property
     def of_shape(self) -> tuple[LineForce | LineCouple, ...]:
         """The loads that are functions of the shape."""
-        return tuple(load for load in self.loads if isinstance(load, LineForce | LineCouple) and load.of_shape)
+        return tuple(load for load in self.loads if load.of_shape)
+
+    @property
+    def frame_spins(self) -> tuple[Vector, ...]:
+        """The angular velocities (3,) in rad/s of the frames in which loads have all seen."""
+        return tuple(load.frame_spin for load in self.loads if load.frame_spin is not None)
+
+    @property
+    def link(self) -> float | None:
+        """The link in turns after which the end meets the start, as in a ``Ring``; None where the rod has two ends."""
+        return None
+
+    @property
+    def closed(self) -> bool:
+        """True where the rod's end meets its start."""
+        return self.link is not None
 
     def with_load(self, load: Load) -> Equilibrium:
         """Return the problem with one more load."""
@@ -230,14 +245,10 @@ class Equilibrium:
 
         Raises ``InvalidInput`` where a part is a Python function, which no file can hold.
         """
-        from darboux.scenario import Scenario
-
-        Scenario(self, method).write(path)
+        above.call("to_toml", self, path, method)
 
     def _repr_html_(self) -> str:
-        from darboux.view import html
-
-        return html.page(self)
+        return above.call("page", self)
 
     @property
     def uniform(self) -> bool:

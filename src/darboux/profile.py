@@ -6,23 +6,17 @@ import inspect
 from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks
+from darboux import checks, interpolation
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
-
 Array = NDArray[np.float64]
 Varying = Any  # a number or vector, a Table, or a function of s; checked by `profile`
-
-EXTREMUM = 0.25  # of h^2 times the curvature: twice what a parabola's vertex between two rows rises above them
-LIMITER_ROUNDS = 50
 
 
 @description
@@ -93,7 +87,7 @@ class Table:
 
     def __call__(self, s: Array) -> Array:
         """Return the interpolated values at s, at a jump those behind it: (m,), (m, 3), ...."""
-        return np.asarray(self._spline(s))
+        return interpolation.value(*self._cubics, s)
 
     @property
     def jumps(self) -> tuple[float, ...]:
@@ -101,89 +95,15 @@ class Table:
         return tuple(a for a, b in pairwise(self.s) if a == b)
 
     @cached_property
-    def _spline(self) -> PPoly:
-        from scipy.interpolate import PPoly
-
+    def _cubics(self) -> tuple[Array, Array]:
+        """The places (n,) from which cubics run, and their coefficients (4, n - 1, ...)."""
         s, values = np.array(self.s), np.array(self.values)
         behind = np.flatnonzero(np.diff(s) == 0.0) + 1
         parts = [
-            _piecewise_cubic(*rows, smooth=self.interpolation == "cubic")
+            interpolation.piecewise_cubic(*rows, smooth=self.interpolation == "cubic")
             for rows in zip(np.split(s, behind), np.split(values, behind), strict=True)
         ]
-        return PPoly(np.concatenate(parts, axis=1), np.unique(s))
-
-
-def _piecewise_cubic(s: Array, values: Array, smooth: bool) -> Array:
-    """Return the coefficients (4, n - 1, ...) of the cubics between rows s (n,) and values (n, ...), highest power first."""
-    shape = values.shape[1:]
-    y = values.reshape(len(s), -1)
-    h = np.diff(s)[:, None]
-    steps = np.diff(y, axis=0) / h
-    left = right = steps
-    if smooth and len(s) > 2:
-        from scipy.interpolate import CubicSpline
-
-        slopes = _limited(h, y, steps, CubicSpline(s, y)(s, 1))
-        left, right = slopes[:-1], slopes[1:]
-    curved = (left + right - 2.0 * steps) / h
-    parts = [curved / h, (steps - left) / h - curved, left, y[:-1]]
-    return np.stack(parts).reshape(4, len(s) - 1, *shape)
-
-
-def _limited(h: Array, y: Array, steps: Array, slopes: Array) -> Array:
-    """Return the slopes (n, c) of cubics through y (n, c) that don't overshoot, from those of a spline.
-
-    Where a cubic leaves the range of its two rows by more than a parabola through smooth rows might, its slopes are taken
-    towards the region in which it is monotone, 0 <= slope / step <= 3.
-    """
-    allowed, rounding = _at_an_extremum(h, y, steps), 1e-14 * np.max(np.abs(y), axis=0)
-    low, high = np.minimum(0.0, 3.0 * steps), np.maximum(0.0, 3.0 * steps)
-    for _ in range(LIMITER_ROUNDS):  # a slope that is taken in may bend the next interval
-        excursion = _excursion(h, y, steps, slopes[:-1], slopes[1:])
-        far = excursion > allowed + rounding
-        if not np.any(far):
-            break
-        part = np.where(far, allowed / np.where(far, excursion, 1.0), 1.0)
-        kept = slopes.copy()
-        for ends in (slice(None, -1), slice(1, None)):
-            monotone = np.clip(slopes[ends], low, high)
-            inner = monotone + part * (slopes[ends] - monotone)
-            kept[ends] = np.where(np.abs(inner) < np.abs(kept[ends]), inner, kept[ends])
-        slopes = kept
-    return slopes
-
-
-def _at_an_extremum(h: Array, y: Array, steps: Array) -> Array:
-    """Return by how much smooth rows may rise above, or fall below, two of them that follow each other: (n - 1, c)."""
-    if len(y) < 4:  # three rows don't tell a smooth extremum from a step
-        return np.zeros_like(steps)
-    bend = 2.0 * np.diff(steps, axis=0) / (h[1:] + h[:-1])  # second derivatives at the inner rows
-    bend = np.concatenate([bend[[0, 0]], bend, bend[[-1, -1]]])
-    bends = np.stack([bend[k : len(bend) - 3 + k] for k in range(4)])
-    smooth = (
-        np.abs(np.sum(np.sign(bends), axis=0)) == 4.0
-    )  # a plateau of two rows is none: it bends back in front and behind
-    parabola = np.where(smooth, h**2 * np.min(np.abs(bends), axis=0), 0.0)
-    around = np.concatenate([y[:1], y, y[-1:]])
-    four = np.stack([around[k : len(around) - 3 + k] for k in range(4)])
-    allowed = EXTREMUM * np.minimum(parabola, np.ptp(four, axis=0))
-    to_zero = np.where(y[1:] * y[:-1] > 0.0, np.minimum(np.abs(y[1:]), np.abs(y[:-1])), np.inf)
-    return np.asarray(np.minimum(allowed, 0.9 * to_zero))
-
-
-def _excursion(h: Array, y: Array, steps: Array, left: Array, right: Array) -> Array:
-    """Return by how much the cubics with these slopes at their ends leave the range of their two rows: (n - 1, c)."""
-    a, b = (
-        3.0 * (left + right - 2.0 * steps),
-        2.0 * (3.0 * steps - 2.0 * left - right),
-    )  # slope = a t^2 + b t + left, t = s / h
-    with np.errstate(all="ignore"):
-        q = -0.5 * (b + np.where(b >= 0.0, 1.0, -1.0) * np.sqrt(b**2 - 4.0 * a * left))
-        roots = np.stack([q / a, left / q])
-    roots = np.where((roots > 0.0) & (roots < 1.0), roots, 0.0)
-    values = y[:-1] + h * roots * (left + roots * (0.5 * b + roots * a / 3.0))
-    low, high = np.minimum(y[:-1], y[1:]), np.maximum(y[:-1], y[1:])
-    return np.asarray(np.max(np.maximum(values - high, low - values), axis=0))
+        return np.unique(s), np.concatenate(parts, axis=1)
 
 
 class Profile:

@@ -312,10 +312,18 @@ def _short_side(a: Array, c: Array, x: Array) -> Array:
 
 
 def _chi2(z: Array) -> Array:
-    """Return Legendre's chi function, sum_{n odd} z^n / n^2 = (Li2(z) - Li2(-z)) / 2, for 0 <= z <= 1."""
-    from scipy.special import spence
+    """Return Legendre's chi function, sum_{n odd} z^n / n^2, for 0 <= z <= 1.
 
-    return np.asarray(0.5 * (spence(1.0 - z) - spence(1.0 + z)))
+        chi2(z) + chi2(x) = pi^2 / 8 - ln z ln x / 2,     x = (1 - z) / (1 + z)
+
+    Of z and x the smaller is not above sqrt(2) - 1, where the series ends at rounding after twenty terms. Source: L. Lewin,
+    Polylogarithms and Associated Functions (1981), sec. 1.8.
+    """
+    x = (1.0 - z) / (1.0 + z)
+    small = np.minimum(z, x)
+    series = small * np.polynomial.polynomial.polyval(small**2, 1.0 / np.arange(1, 41, 2) ** 2)
+    logarithms = np.log(np.maximum(z, 1e-300)) * np.log(np.maximum(x, 1e-300))
+    return np.asarray(np.where(z <= x, series, 0.125 * np.pi**2 - 0.5 * logarithms - series))
 
 
 @description

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import balance, cable, checks, frames, link, materials, mistakes, stress
+from darboux import above, balance, cable, checks, frames, link, materials, mistakes, stress
 from darboux.balance import Balance
 from darboux.cable import Cable
 from darboux.checks import ONE_PLACE, real_array, rows, shown, whole
@@ -177,9 +177,7 @@ class EquilibriumSolution:
 
         Raises ``InvalidInput`` where the problem holds a Python function or the file can't be written.
         """
-        from darboux import store
-
-        store.save(self, path)
+        above.call("save", self, path)
 
     def view(self, **options: Any) -> Any:
         """Show the rod in space, its section as it is: a window, or a PNG file that needs no display.
@@ -188,18 +186,14 @@ class EquilibriumSolution:
         ``ghost`` the unloaded shape too; ``directors`` as arrows; ``beside`` other solutions by name; ``thicker`` how many times
         as thick it is drawn; ``camera`` azimuth and elevation in degrees; ``size`` in pixels. Raises ``InvalidInput``.
         """
-        from darboux.view.space import show
-
-        return show.view(self, **options)
+        return above.call("view", self, **options)
 
     def export(self, path: Any, **options: Any) -> None:
         """Write the rod for other programs: .vtp, .vtk, .glb, .gltf, .stl or .csv, by the name's ending.
 
         Options: ``field`` what colours it in glTF; ``samples`` lines of a table. Raises ``InvalidInput``.
         """
-        from darboux.view.space import export
-
-        export.export(self, path, **options)
+        above.call("export", self, path, **options)
 
     def __eq__(self, other: object) -> bool:
         """Return whether all is the same: the problem, the method, the states at the nodes, how it was solved."""
@@ -480,11 +474,9 @@ class EquilibriumSolution:
         style. Lengths have one scale in all directions, in a unit that keeps their numbers short. ``points`` (n, 3) in m are drawn
         over the rod, as those of a measurement. Returns the axes. Raises ``InvalidInput``.
         """
-        from darboux.view import shapes, style
-
         if points is not None:
             points = rows("plot.points", points, 3, "m")
-        return shapes.shape(self, ax, style.shown_figure(), points)
+        return above.call("plot", self, ax=ax, points=points)
 
     def plot_fields(self, *names: str, ax: Any = None) -> list[Axes]:
         """Draw fields over the arc length, each in axes of its own, as in ``plot_fields("moments", "stress")``.
@@ -493,9 +485,7 @@ class EquilibriumSolution:
         of the section) and "energy" (elastic, per length); without names all that the rod has. ``ax`` are as many axes; None:
         a new figure of ``pyplot``'s. Returns the axes. Raises ``InvalidInput``.
         """
-        from darboux.view import fields, style
-
-        return fields.fields(self, names, ax, style.shown_figure())
+        return above.call("plot_fields", self, names, ax)
 
     # -- for reading and for other tools -------------------------------------------------------------------------
 
@@ -510,9 +500,7 @@ class EquilibriumSolution:
         return summary(self)
 
     def _repr_html_(self) -> str:
-        from darboux.view import html
-
-        return html.page(self)
+        return above.call("page", self)
 
 
 def same_branch(a: EquilibriumSolution, b: EquilibriumSolution) -> bool:

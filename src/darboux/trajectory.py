@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, mistakes
+from darboux import above, checks, mistakes
 from darboux.errors import InvalidInput, NotConverged
 from darboux.motion import SUMMED, Motion
-from darboux.problem import Ring
 from darboux.solution import Status
 from darboux.supports import Support
 
@@ -138,21 +137,15 @@ class Trajectory:
 
         Raises ``InvalidInput`` where the motion holds a Python function or the file can't be written.
         """
-        from darboux import store
-
-        store.save(self, path)
+        above.call("save", self, path)
 
     def view(self, **options: Any) -> Any:
         """Show the motion in space, with a slider of time, or at a time ``t``; the options are ``EquilibriumSolution.view``'s."""
-        from darboux.view.space import show
-
-        return show.view(self, **options)
+        return above.call("view", self, **options)
 
     def export(self, path: Any, **options: Any) -> None:
         """Write the motion (.pvd, .csv), or the rod at a time ``t`` (.vtp, .vtk, .glb, .gltf, .stl), for other programs."""
-        from darboux.view.space import export
-
-        export.export(self, path, **options)
+        above.call("export", self, path, **options)
 
     def __eq__(self, other: object) -> bool:
         """Return whether all is the same, to the last digit, but for the time that it took."""
@@ -188,8 +181,8 @@ class Trajectory:
         """Return the cubic in s through vertices r (..., N + 1, 3), which closes smoothly where the rod is a ring."""
         from scipy.interpolate import CubicSpline
 
-        closed = isinstance(self.motion.problem, Ring)
-        return CubicSpline(self.s, r, axis=-2, bc_type="periodic" if closed else "not-a-knot")
+        ends = "periodic" if self.motion.problem.closed else "not-a-knot"
+        return CubicSpline(self.s, r, axis=-2, bc_type=ends)
 
     @property
     def held(self) -> list[tuple[Array, Support]]:
@@ -232,9 +225,7 @@ class Trajectory:
         where energy is kept. ``ax`` are plain axes of Matplotlib, three for "all"; None: a new figure of ``pyplot``'s in our
         style. Returns the axes. Raises ``InvalidInput``.
         """
-        from darboux.view import motion, style
-
-        return motion.motion(self, what, ax, style.shown_figure())
+        return above.call("plot", self, what=what, ax=ax)
 
     def animate(self, path: Any, *, fps: float = 25.0, speed: float | None = None) -> Path:
         """Write the motion as a film with a scale bar and a clock, mp4 or gif by the ending of ``path``; returns the path.
@@ -242,14 +233,10 @@ class Trajectory:
         ``fps`` are the pictures in a second; ``speed`` the seconds of motion in a second of film (None: 1, or what makes
         the film last a few seconds). Raises ``InvalidInput``, also where the encoder for mp4, of the extra [view], is missing.
         """
-        from darboux.view import animation
-
-        return animation.animate(self, path, fps, speed)
+        return above.call("animate", self, path, fps, speed)
 
     def _repr_html_(self) -> str:
-        from darboux.view import html
-
-        return html.page(self)
+        return above.call("page", self)
 
     def __repr__(self) -> str:
         return (

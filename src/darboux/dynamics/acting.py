@@ -12,7 +12,7 @@ from darboux.kernels.discrete_rod import Loads
 from darboux.kernels.rod_equations import BINV
 from darboux.kernels.rod_motion import Carried
 from darboux.loads import Distributed, EndLoad, Load
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.statics import coefficients
 from darboux.statics.coefficients import PAIRS, Scale
 from darboux.statics.discrete_chain import means, places_along
@@ -59,7 +59,7 @@ def acting(
     l = np.diff(nodes)
     cells = np.concatenate([[0.0], 0.5 * (nodes[:-1] + nodes[1:]), [1.0]])
     V = np.diff(cells)[:, None]
-    edges = N + isinstance(problem, Ring)
+    edges = N + problem.closed
     f, C, couples = np.zeros((G, edges + 1, 3)), np.zeros((G, edges + 1, 6)), np.zeros((G, edges, 3))
     moments, section_moments = np.zeros((2, G, 2, 3))
     eccentric = np.zeros((G, 2, 3, 3))

@@ -7,25 +7,24 @@ from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.link import writhe_of_polygon
-from darboux.problem import Ring
 
 Array = NDArray[np.float64]
 
 MOST_TURNS, CLOSED = 20, 1e-15  # iterations and gap over the length, to which a polygon is closed
 
 
-def angle(ring: Ring) -> Array:
+def angle(link: float) -> Array:
     """Return cosine and sine (2,) of the angle by which a ring's end is turned against its start."""
-    phi = frames.turn * (ring.link - np.rint(ring.link))
+    phi = frames.turn * (link - np.rint(link))
     return np.array([np.cos(phi), np.sin(phi)])
 
 
-def joined(ring: Ring, V: Array, compliance: Array, k0: Array) -> tuple[Array, Array, Array]:
+def joined(link: float, V: Array, compliance: Array, k0: Array) -> tuple[Array, Array, Array]:
     """Return lengths (n + 1,), compliance and natural strain of the cells of a ring's chain, of which the ends are halves (n).
 
     The half behind the end is the one behind the start, seen in the frame in which the rod runs on: turned by the link.
     """
-    c, s = angle(ring)
+    c, s = angle(link)
     Q = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     whole = V[0] + V[-1]
     C = (V[-1] * compliance[-1] + V[0] * Q.T @ compliance[0] @ Q) / whole
@@ -48,13 +47,13 @@ def closed(e: Array) -> Array:
     return np.asarray(w * t)
 
 
-def evenly_twisted(ring: Ring, r: Array, t: Array, d1: Array, nodes: Array, V: Array) -> tuple[Array, Array]:
+def evenly_twisted(link: float, r: Array, t: Array, d1: Array, nodes: Array, V: Array) -> tuple[Array, Array]:
     """Return the first directors (N, 3) of a ring r (N + 1, 3) that is twisted evenly, and its twists over the lengths V.
 
     d1 (N + 1, 3) is carried around without twist, back to the first edge, along the tangents t (N, 3). By the angle at
     which it then is, and by the writhe, which says how many whole turns that leaves out, the twist is 2 pi (link - writhe).
     """
     holonomy = float(np.arctan2(np.cross(d1[0], d1[-1]) @ t[0], d1[0] @ d1[-1])) / frames.turn
-    twist = frames.turn * (ring.link - holonomy - np.rint(writhe_of_polygon(r) - holonomy))
+    twist = frames.turn * (link - holonomy - np.rint(writhe_of_polygon(r) - holonomy))
     turned = twist * 0.5 * (nodes[:-1] + nodes[1:])[:, None]
     return np.cos(turned) * d1[:-1] + np.sin(turned) * np.cross(t, d1[:-1]), twist * V

@@ -26,9 +26,8 @@ from darboux.kernels.band import LOWER
 from darboux.kernels.discrete_rod import State
 from darboux.kernels.jit import announced
 from darboux.kernels.ring import SHARED
-from darboux.loads import Rotation
 from darboux.motion import Motion
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution
 from darboux.statics import discrete_modes, limits, vibrations
@@ -87,7 +86,7 @@ def natural_modes(problem: Any, count: int = 6, *, segments: int = 200, about: A
     checks.instance("natural_modes.problem", problem, Equilibrium, "an Equilibrium, a Ring or a Rod")
     count = checks.whole("natural_modes.count", count, 1)
     segments = checks.whole("natural_modes.segments", segments, 6)
-    if isinstance(problem, Ring):
+    if problem.closed:
         return _of_ring(problem, count, segments, about, motion)
     refusal = _refuses(problem)
     if refusal:
@@ -121,7 +120,7 @@ def _refuses(problem: Equilibrium) -> str | None:
     name = "natural_modes"
     if problem.rod.shear:
         return f"{name} states rods that do not shear, but rod.shear is True; set shear=False."
-    if sum(isinstance(load, Rotation) for load in problem.loads) > 1:
+    if len(problem.frame_spins) > 1:
         return "two Rotation loads act, but all is seen in one turning frame; add their omega."
     return limits.beyond_nodes(problem, name) or limits.coupled(problem, name)
 
@@ -133,7 +132,7 @@ class _Vibrations:
         self.how, problem = how, how.problem
         chain = Chain(problem, nodes, False)
         chain.inextensible, chain.cable = not problem.rod.stretch, None
-        self.spins = [np.array(load.omega) for load in problem.loads if isinstance(load, Rotation)]
+        self.spins = [np.array(spin) for spin in problem.frame_spins]
         self.load_factor = 0.0 if how.initial == "unloaded" and not self.spins else 1.0
         self.shape = self._start(chain)
         self.chain = chain.released([at for at in ENDS if not how.held(at, 0.0)])
@@ -290,13 +289,13 @@ def _roots(squares: Array) -> NDArray[np.complex128]:
     return np.where(squares < 0.0, root, 1j * root)
 
 
-def _of_ring(ring: Ring, count: int, segments: int, about: Any, motion: dict[str, Any]) -> Modes:
+def _of_ring(ring: Equilibrium, count: int, segments: int, about: Any, motion: dict[str, Any]) -> Modes:
     """Return the vibrations of a ring about its equilibrium, as the discrete rod of statics finds them, or that of motion."""
     if about is not None or (motion and not ring.rod.stretch):
         raise InvalidInput(
             "natural_modes of a Ring are those about its own equilibrium; leave out about and all that Motion takes."
         )
-    if any(isinstance(load, Rotation) for load in ring.loads):
+    if ring.frame_spins:
         raise InvalidInput("natural_modes states no Ring in a turning frame; leave the Rotation out.")
     if ring.rod.stretch:
         if ring.loads or ring.between:
@@ -355,7 +354,7 @@ def sparse(lower: Array, n: int) -> Any:
 def unknowns(system: System) -> Any:
     """Return the sparse matrix J that makes packed numbers of those that nothing holds; a ring's that stand twice it repeats."""
     n = system.body.mass.size
-    once = n - SHARED if system.ring is not None else n
+    once = n - SHARED if system.link is not None else n
     free = ~system.body.fixed[:once]
     return csr_matrix((np.ones(n), (np.arange(n), np.arange(n) % once)))[:, free]
 

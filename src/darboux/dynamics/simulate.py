@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux import checks, files
+from darboux import above, checks, files
 from darboux.checks import checked_call
 from darboux.dynamics.implicit_midpoint import ImplicitMidpoint
 from darboux.dynamics.run import Run
@@ -178,10 +178,9 @@ class _Recorder:
                 )
             self.arrays = {name: np.zeros((total, *part.shape[1:])) for name, part in first.items()}
         else:
-            from darboux.stream import Stream
-
             s, size = self.system.nodes * self.system.units.length, run.checkpoint().size
-            self.stream = Stream(out, self.system.motion, method, s, total, size, self._statistics(0.0), before)
+            motion = self.system.motion
+            self.stream = above.call("stream", out, motion, method, s, total, size, self._statistics(0.0), before)
         try:
             if before is not None:
                 for i in range(0, len(before.times), BLOCK):

@@ -18,10 +18,10 @@ from darboux.kernels.discrete_rod import Elasticity, State
 from darboux.kernels.ring import CORNER, LANES
 from darboux.kernels.rod_equations import BINV, K0, SINV
 from darboux.kernels.rod_motion import FACTORS, Body, Space, Turning
-from darboux.loads import Load, Rotation
-from darboux.motion import KelvinVoigt, LinearDrag, MassDamping, Motion
+from darboux.loads import Load
+from darboux.motion import Motion
 from darboux.natural import smallest_rotation
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.statics import coefficients
 from darboux.statics.coefficients import Scale
@@ -67,9 +67,9 @@ class System:
     def __init__(self, motion: Motion, segments: int, spread: bool = True) -> None:
         self.motion, self.segments, self.spread = motion, segments, spread
         problem = motion.problem
-        self.ring = problem if isinstance(problem, Ring) else None
-        self.edges = segments + int(self.ring is not None)
-        if self.ring is not None and segments < FEWEST:
+        self.link = problem.link
+        self.edges = segments + int(self.link is not None)
+        if self.link is not None and segments < FEWEST:
             raise InvalidInput(f"a Ring has {FEWEST} segments or more, but the method has {segments}.")
         self.scale = Scale.of(problem)
         L, EI = problem.rod.length, self.scale.moment * problem.rod.length
@@ -82,7 +82,7 @@ class System:
         self._discretise(problem)
         self.datum = datum(problem, [loads for _, _, loads in self.groups], self.nodes, self.scale)
         self.body = self.body_at(0.0)
-        self.space = new_space(self.edges, self.ring is not None)
+        self.space = new_space(self.edges, self.link is not None)
         self._steady: Array | None = None
 
     # -- from the rod to the numbers -----------------------------------------------------------------------------
@@ -100,13 +100,12 @@ class System:
         compliance = symmetric(at_vertices[:, BINV : BINV + 6])
         k0 = natural_rates(problem, at_vertices[:, K0 : K0 + 3], cells)
         self.V, compliance, k0 = (
-            (V, compliance, k0) if self.ring is None else closing.joined(self.ring, V, compliance, k0)
+            (V, compliance, k0) if self.link is None else closing.joined(self.link, V, compliance, k0)
         )
         self.B = six(np.linalg.inv(compliance) / self.V[:, None, None])
         self.kappa0 = k0 * self.V[:, None]
         self.EA = self._chained(np.ones(self.segments) if self.inextensible else 1.0 / on_edges[:, SINV + 2])
-        spins = [np.array(load.omega) for load in problem.loads if isinstance(load, Rotation)]
-        self.frame_spin = spins[0] * units.time if spins else np.zeros(3)
+        self.frame_spin = np.array((*problem.frame_spins, (0.0, 0.0, 0.0))[0]) * units.time
         per_length = units.mass / units.length
 
         def inertia(s: Array) -> Array:
@@ -126,21 +125,19 @@ class System:
 
     def _chained(self, values: Array, again: float = 0.0) -> Array:
         """Return numbers of vertices or edges (n,) of the chain: a ring's have one more, that of what stands twice."""
-        return values if self.ring is None else np.append(values, again)
+        return values if self.link is None else np.append(values, again)
 
     def _brake(self) -> None:
         units = self.units
         force = self.scale.force / units.length  # per length
         self.slowness, self.times = 0.0, np.zeros(3)
         for part in self.motion.damping:
-            if isinstance(part, MassDamping):
-                self.slowness += part.rate * units.time
-            elif isinstance(part, KelvinVoigt):
-                self.times += np.array([part.bending, part.twist, part.stretch]) / units.time
+            self.slowness += part.slowing * units.time
+            self.times += np.array(part.times) / units.time
         drag = np.zeros((len(self.motion.drags), 2, 2))
         for own, part in zip(drag, self.motion.drags, strict=True):
-            power = 1 if isinstance(part, LinearDrag) else 2
-            own[power - 1] = np.array([part.along, part.across]) * (units.length / units.time) ** power / force
+            speed = units.length / units.time
+            own[part.power - 1] = np.array([part.along, part.across]) * speed**part.power / force
         self.drag = drag.ravel()
 
     def body_at(self, t: float) -> Body:
@@ -160,11 +157,11 @@ class System:
         )  # fmt: skip
         return Body(
             rod, acts.loads, acts.couples, acts.carried,
-            holding.holds(supports, self.scale, self.segments, self.ring is not None),
+            holding.holds(supports, self.scale, self.segments, self.link is not None),
             Turning(*ghosts, acts.moments, acts.section_moments, acts.eccentric),
             self.frame_spin, self.mass, self.sixth, self.slowness,
             (self.B * self.times[[0, 0, 1, 0, 0, 0]]).ravel(), self.EA * self.times[2], self.drag, fixed, self.inextensible,
-            np.zeros(0) if self.ring is None else closing.angle(self.ring),
+            np.zeros(0) if self.link is None else closing.angle(self.link),
         )  # fmt: skip
 
     # -- the start -----------------------------------------------------------------------------------------------
@@ -177,12 +174,12 @@ class System:
             if initial == "equilibrium":
                 state = self._settled(solve(problem))
             else:
-                state = self._unloaded() if self.ring is None else self._circle(self.ring)
+                state = self._unloaded() if self.link is None else self._circle(self.link)
         elif isinstance(initial, EquilibriumSolution):
             state = self._settled(initial)
         else:
             state = self._laid(initial)
-        if self.ring is not None:
+        if self.link is not None:
             self._hang(state)
         self._check_place(state)
         rod_motion.turn_ghosts(state, self.body, self.factors_at(0.0), self.space)
@@ -220,11 +217,11 @@ class System:
         x = (x - x[i]) @ turn.T + (np.array(support.position) - self.units.origin) / self.units.length
         return self._state(x, R[1:-1, :, 0], rest[:, 2])
 
-    def _circle(self, ring: Ring) -> State:
+    def _circle(self, link: float) -> State:
         """Return a ring's polygon, whose sections turn evenly by the link; the one at s = 0 lies where the ring's start is."""
-        first = circle(ring, self.scale)
+        first = circle(self.motion.problem, link, self.scale)
         R0, s = frames.matrix_of_quaternion(first.q), 0.5 * (self.nodes[:-1] + self.nodes[1:])
-        axis, twist = R0[:, :2] @ first.k(np.zeros(1))[0, :2], frames.turn * ring.link
+        axis, twist = R0[:, :2] @ first.k(np.zeros(1))[0, :2], frames.turn * link
         turns = np.outer(s, axis), np.outer(s, (0.0, 0.0, twist))
         bent, spun = (frames.matrix_of_quaternion(frames.quaternion_of_turn(turn)) for turn in turns)
         R = bent @ R0 @ spun
@@ -236,11 +233,11 @@ class System:
         """Return vertices (N + 1, 3) whose edges point along those of r (N + 1, 3) and have their proper lengths."""
         e = np.diff(r, axis=0)
         e *= (self.l * stretch / np.linalg.norm(e, axis=1))[:, None]
-        if self.ring is not None:
+        if self.link is not None:
             e = closing.closed(e)
         x: Array = np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
         first, last = (r - x)[[0, -1]]
-        if self.ring is not None or (self.motion.problem.start.holds and not self.motion.problem.end.holds):
+        if self.link is not None or (self.motion.problem.start.holds and not self.motion.problem.end.holds):
             x = x + first
         elif not self.motion.problem.start.holds:
             x = x + last
@@ -259,7 +256,7 @@ class System:
         lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
         if max(gaps, default=0.0) > NEAR or np.max(np.abs(lengths - self.l)) < ROUNDING > max(gaps, default=0.0):
             return x  # `_check_place` says how far off it is
-        x = holding.fitted(x, self.l, held, self.ring is not None)
+        x = holding.fitted(x, self.l, held, self.link is not None)
         lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
         if np.max(np.abs(lengths / self.l - 1.0)) > EXACT:
             raise InvalidInput(
@@ -283,22 +280,22 @@ class System:
         """Return the discrete equilibrium beside a solution: a stage that lasts for ever; of a ring some long ones."""
         L, middle = self.units.length, 0.5 * (self.nodes[:-1] + self.nodes[1:])
         r = (solution.r(self.nodes * L) - self.units.origin) / L
-        twists = None if self.ring is None else solution.k(np.append(self.nodes, 0.0) * L)[:, 2] * L * self.V
+        twists = None if self.link is None else solution.k(np.append(self.nodes, 0.0) * L)[:, 2] * L * self.V
         state = self._state(
             self._of_directions(r, solution.v(middle * L)[:, 2]), solution.R(middle * L)[:, :, 0], twists
         )
         motion = Motion(solution.problem, 1.0, solution, rotary_inertia=self.motion.rotary_inertia)
-        held = self.ring is not None and (solution.problem.loads or solution.problem.between)  # as it then is no more
+        held = self.link is not None and (solution.problem.loads or solution.problem.between)  # as it then is no more
         if self.inextensible or held or refuses(motion):
             return state
         other = System(motion, self.segments)
         row = other.drive([0.0], 0.0)[0]
         row[rod_motion.VELOCITY : rod_motion.VELOCITY + 6] = 0.0
         other.space.base[:] = 0.0
-        found = other._at_rest(state, row, FOREVER) if self.ring is None else None
+        found = other._at_rest(state, row, FOREVER) if self.link is None else None
         if found is None:
             found = state  # a stiff rod between two supports is far from it: its edges first come to their lengths
-            for tau in SLOW if self.ring is not None else (*RELAXING, FOREVER):
+            for tau in SLOW if self.link is not None else (*RELAXING, FOREVER):
                 found = other._at_rest(found, row, tau) or found
         return found
 
@@ -314,7 +311,7 @@ class System:
         """Return the shape r(s) that was given, with the frames that do not twist along it, from the support's on."""
         L = self.units.length
         r = (profile.evaluate("motion.initial", shape, self.nodes * L, (3,)) - self.units.origin) / L
-        if self.ring is not None:
+        if self.link is not None:
             gap = float(np.linalg.norm(r[-1] - r[0]))
             if gap > GAP:
                 raise InvalidInput(
@@ -336,7 +333,7 @@ class System:
             r = self._of_directions(r, np.ones(self.segments))
         t = np.diff(r, axis=0)
         t /= np.linalg.norm(t, axis=1)[:, None]
-        along = t if self.ring is None else np.append(t, t[:1], axis=0)
+        along = t if self.link is None else np.append(t, t[:1], axis=0)
         cosines = np.sum(along[1:] * along[:-1], axis=1)
         if np.any(cosines < FOLDED):
             s = self.nodes[int(np.argmin(cosines)) + 1] * L
@@ -344,9 +341,9 @@ class System:
         support = self.motion.problem.start
         R = support.R if support.clamps and support.R[:, 2] @ t[0] > FOLDED else frames_along(t[0])
         d1 = carried_along(R, along)
-        if self.ring is None:
+        if self.link is None:
             return self._state(r, d1, None)
-        return self._state(r, *closing.evenly_twisted(self.ring, r, t, d1, self.nodes, self.V))
+        return self._state(r, *closing.evenly_twisted(self.link, r, t, d1, self.nodes, self.V))
 
     def _state(self, x: Array, d1: Array, m: Array | None) -> State:
         """Return a state from vertices (N + 1, 3) and the edges' first directors (N, 3); clamps' frames are the drive's."""
@@ -354,7 +351,7 @@ class System:
         t /= np.linalg.norm(t, axis=1)[:, None]
         d1 = d1 - np.einsum("ni,ni->n", d1, t)[:, None] * t
         d1 /= np.linalg.norm(d1, axis=1)[:, None]
-        if self.ring is not None:
+        if self.link is not None:
             x, t = np.concatenate([x[:-1], x[:2]]), np.append(t, t[:1], axis=0)
             d1 = np.append(d1, [self.body.closing @ (d1[0], np.cross(t[0], d1[0]))], axis=0)
         R = [self._frame_at(at, x, t, d1) for at in ENDS]
@@ -400,7 +397,7 @@ class System:
             V[: N + 1, :3] = profile.vector("motion.velocity", self.motion.velocity, "m/s")(self.nodes * L) / unit
         middle = 0.5 * (self.nodes[:-1] + self.nodes[1:])
         V[:N, 3] = profile.scalar("motion.spin", self.motion.spin, "rad/s", "any")(middle * L) * self.units.time
-        if self.ring is not None:
+        if self.link is not None:
             if np.max(np.abs(V[N, :3] - V[0, :3])) > GAP * np.max(np.abs(V[:, :3])):
                 raise InvalidInput(
                     "motion.velocity tears the ring: it is another one at s = L than at s = 0, one point."
@@ -497,7 +494,7 @@ def refuses(motion: Motion) -> str | None:
         return "motion states rods that do not shear, but rod.shear is True; set shear=False."
     if problem.rod.coupled:
         return "motion states no section that couples bending or twist with stretch or shear, as this StiffnessMatrix does."
-    for at in () if isinstance(problem, Ring) else ENDS:
+    for at in () if problem.closed else ENDS:
         support = getattr(problem, at)
         if support.twist != 0.0 and not (
             motion.initial == "equilibrium" or isinstance(motion.initial, EquilibriumSolution)
@@ -519,7 +516,7 @@ def refuses(motion: Motion) -> str | None:
             f"a {type(problem.of_shape[0]).__name__} is a Python function of the shape, which compiled steps can't ask; motion "
             "states functions of s, and functions of t as load_factor."
         )
-    turning = [i for i, load in enumerate(problem.loads) if isinstance(load, Rotation)]
+    turning = [i for i, load in enumerate(problem.loads) if load.frame_spin is not None]
     factors = motion.factors if len(motion.factors) == len(problem.loads) else motion.factors * len(problem.loads)
     if len(turning) > 1:
         return "two Rotation loads act, but all is seen in one turning frame; add their omega."

@@ -51,6 +51,11 @@ class Scenario:
             temporary.write_text(text, encoding="utf-8")
 
 
+def write(problem: Equilibrium, path: str | Path, method: Any = None) -> None:
+    """Write a problem, and the method where one is given, as a scenario file; errors as in ``Scenario.write``."""
+    Scenario(problem, method).write(path)
+
+
 def load(path: str | Path, *, anywhere: bool = False) -> Equilibrium:
     """Return the problem that a scenario file states.
 

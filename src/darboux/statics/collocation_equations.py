@@ -23,7 +23,6 @@ from darboux.kernels.collocation import ROW as FACTOR_ROW
 from darboux.kernels.newton import Work
 from darboux.kernels.profile import Profile
 from darboux.kernels.rod_equations import FORCE, K0, MOMENT, ROTATION, SINV, STATES
-from darboux.loads import LineForce
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
@@ -304,7 +303,7 @@ class Equations:
         R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
         result = np.zeros((len(s), SHAPED))
         for load in self.problem.of_shape:
-            at, unit = (0, scale.force / scale.length) if isinstance(load, LineForce) else (SHAPED_COUPLE, scale.force)
+            at, unit = (SHAPED_COUPLE, scale.force) if load.is_couple else (0, scale.force / scale.length)
             by_r, by_turn = load.gradients(s, r, R, scale.length)
             result[:, at : at + 3] += load.at_shape(s, r, R) / unit
             result[:, at + 3 : at + 12] += by_r.reshape(-1, 9) * (scale.length / unit)

@@ -18,7 +18,7 @@ from darboux import checks
 from darboux.checks import MOST_SEGMENTS, assign, description
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status, same_branch
 from darboux.statics import discrete_fields, hanging_chain, limits, load_path, pendulum
 from darboux.statics.discrete_branch import ChainBranch
@@ -90,7 +90,7 @@ class DiscreteRod:
         beyond = limits.beyond_nodes(problem, "DiscreteRod") or limits.coupled(problem, "DiscreteRod")
         if beyond:
             return beyond
-        if isinstance(problem, Ring) and (own := self._refuses_ring(problem)):
+        if problem.closed and (own := self._refuses_ring(problem)):
             return own
         if problem.rod.shear:
             return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation, or a rod without rod.shear."
@@ -103,7 +103,7 @@ class DiscreteRod:
                 )
         return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
-    def _refuses_ring(self, problem: Ring) -> str | None:
+    def _refuses_ring(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state a ring, or None: its segments are equal, and one of them is held."""
         if problem.rod.stretch or problem.stations:
             what = "stretches" if problem.rod.stretch else "has a support or a load at a point between its ends"
@@ -120,7 +120,7 @@ class DiscreteRod:
         coarse = self._solved(problem, 1)
         if not (self.extrapolate and coarse.converged):
             return coarse
-        parts = 3 if isinstance(problem, Ring) else 2
+        parts = 3 if problem.closed else 2
         return self._extrapolated(coarse, self._solved(problem, parts), parts)
 
     def _solved(self, problem: Equilibrium, parts: int) -> EquilibriumSolution:
@@ -128,7 +128,7 @@ class DiscreteRod:
         began = time.perf_counter()
         places = nodes_wanted(problem, self.segments)[0]
         held = problem.start.holds, problem.end.holds
-        if isinstance(problem, Ring):
+        if problem.closed:
             nodes = (np.arange(parts * self.segments + 2) - 0.5) / (parts * self.segments)
         else:
             nodes = nodes_along(self.segments, self.grading, *held, places, parts - 1)

@@ -30,9 +30,8 @@ from darboux.kernels.rod_equations import (
     K0,
     SINV,
 )
-from darboux.loads import LineForce
 from darboux.natural import smallest_rotation
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.statics import coefficients, hanging_chain, stability
 from darboux.statics.coefficients import Scale
 from darboux.statics.discrete_ends import Block, End, cross_matrix
@@ -131,8 +130,7 @@ class Chain:
 
     def __init__(self, problem: Equilibrium, nodes: Array, two_vertices: bool) -> None:
         self.problem, self.nodes = problem, nodes
-        self.ring = problem if isinstance(problem, Ring) else None
-        self.closed = self.ring is not None
+        self.closed = problem.closed
         self.cable = hanging_chain.hung(problem)
         self.scale = Scale.of(problem)
         self.edges = len(nodes) - 1
@@ -302,24 +300,24 @@ class Chain:
         x, scale, R = shape.state.x.reshape(-1, 3)[1:-1], self.scale, R[1:-1]
         s = 0.5 * (self.nodes[:-1] + self.nodes[1:]) * scale.length
         r = 0.5 * (x[:-1] + x[1:]) * scale.length + scale.origin
-        unit = scale.force / scale.length if isinstance(load, LineForce) else scale.force
+        unit = scale.force if load.is_couple else scale.force / scale.length
         per_edge = (load_factor * self.l[1:-1] / unit)[:, None]
         by_r, by_turn = (per_edge[:, :, None] * part for part in load.gradients(s, r, R, scale.length))
         by_r, by_turn = by_r * scale.length, by_turn @ R.transpose(0, 2, 1)
         value = per_edge * load.at_shape(s, r, R)
-        if isinstance(load, LineForce):  # half on either vertex
-            for part, added in zip(loads[:3], (value, by_r, by_turn), strict=True):
-                part[1:-1] += 0.5 * added[:, None]
-        else:
+        if load.is_couple:
             for part, added in zip(loads[3:], (value, by_r, by_turn), strict=True):
                 part[1:-1] += added
+        else:  # half on either vertex
+            for part, added in zip(loads[:3], (value, by_r, by_turn), strict=True):
+                part[1:-1] += 0.5 * added[:, None]
 
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
     def unloaded(self) -> Shape:
         """Return where the path begins, with every spring at rest: the natural shape, a ring's circle, a cable's sag."""
-        if self.ring is not None:
-            x, R, twists = self._circle(self.ring)
+        if self.problem.link is not None:
+            x, R, twists = self._circle(self.problem.link)
         elif self.cable is not None:
             x, R, twists = self._sagging(self.cable)
         else:
@@ -381,14 +379,14 @@ class Chain:
             np.concatenate([C, np.zeros((3 * len(eccentric), 3, 3))]),
         )
 
-    def _circle(self, ring: Ring) -> tuple[Array, Array, Array]:
+    def _circle(self, link: float) -> tuple[Array, Array, Array]:
         """Return vertices, frames and twists of a ring's regular polygon, whose sections turn evenly by the link."""
-        first = circle(ring, self.scale)
+        first = circle(self.problem, link, self.scale)
         R0 = frames.matrix_of_quaternion(first.q)
         axis = R0[:, :2] @ first.k(np.zeros(1))[0, :2]
         s = np.arange(self.edges) / (self.edges - 1)  # of the middles of the edges
         s = np.concatenate([s[:1], s, s[-1:]])
-        own = np.outer(frames.turn * ring.link * s, [0.0, 0.0, 1.0])
+        own = np.outer(frames.turn * link * s, [0.0, 0.0, 1.0])
         bent, spun = (frames.matrix_of_quaternion(frames.quaternion_of_turn(v)) for v in (np.outer(s, axis), own))
         R = bent @ R0 @ spun
         x = first.r + self._joined(R) - 0.5 * self.l[1] * R0[:, 2]
@@ -720,12 +718,12 @@ def nodes_wanted(problem: Equilibrium, segments: int) -> tuple[list[float], bool
 def places_along(problem: Equilibrium) -> Array:
     """Return where, from -1 to 2 for rings that go on, a quantity of the rod has a kink, jumps or is steep."""
     places = np.array([*problem.breaks, *problem.steep_places]) / problem.rod.length
-    return _gone_on(problem, np.append(places, 0.0) if isinstance(problem, Ring) else places)
+    return _gone_on(problem, np.append(places, 0.0) if problem.closed else places)
 
 
 def _gone_on(problem: Equilibrium, places: Array) -> Array:
     """Return places in [0, 1] in rising order; those of rings from -1 to 2."""
-    return np.unique(np.concatenate([places - 1.0, places, places + 1.0]) if isinstance(problem, Ring) else places)
+    return np.unique(np.concatenate([places - 1.0, places, places + 1.0]) if problem.closed else places)
 
 
 def means(function: Callable[[Array], Array], nodes: Array, places: Array = NOWHERE) -> Array:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import discrete_rod
-from darboux.loads import LineForce
 from darboux.statics import coefficients
 from darboux.statics.discrete_chain import Chain, EdgeLoads, Shape, symmetric
 
@@ -74,10 +73,10 @@ def _add_slopes(chain: Chain, load: Any, load_factor: float, nodes: Array, y: Ar
     scale = chain.scale
     s, r = nodes * scale.length, y[:, :3] * scale.length + scale.origin
     value = load_factor * load.at_shape(s, r, frames.matrix_of_quaternion(y[:, 3:7]))
-    if isinstance(load, LineForce):
-        dy[:, 7:10] -= value * (scale.length / scale.force)
-    else:
+    if load.is_couple:
         dy[:, 10:13] -= value / scale.force
+    else:
+        dy[:, 7:10] -= value * (scale.length / scale.force)
 
 
 def _at_vertices(chain: Chain) -> list[int]:

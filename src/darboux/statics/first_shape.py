@@ -17,7 +17,7 @@ from darboux import checks, frames
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.kernels import framed_curve as kernel
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.statics.coefficients import Scale
 
@@ -67,8 +67,8 @@ def shape_of(k: Callable[[Array], Array], x: Array) -> tuple[Array, Array]:
     return r[at], q[at]
 
 
-def circle(ring: Ring, scale: Scale) -> FirstShape:
-    """Return the round ring: its sections turn evenly about the centreline, by the link over the whole length.
+def circle(ring: Equilibrium, link: float, scale: Scale) -> FirstShape:
+    """Return the round ring: its sections turn evenly about the centreline, by the link in turns over the whole length.
 
         k = 2 pi (cos(phi - 2 pi link x), sin(phi - 2 pi link x), link),    x = s / L
 
@@ -76,14 +76,14 @@ def circle(ring: Ring, scale: Scale) -> FirstShape:
     """
     x: Array = (np.arange(256, dtype=float) + 0.5) / 256.0
     k0, stiffness = ring.rod.k0(x * scale.length), ring.rod.stiffness(x * scale.length)
-    turned = frames.turn * ring.link * x
+    turned = frames.turn * link * x
     mean = np.mean((k0[:, 0] + 1j * k0[:, 1]) * np.exp(1j * turned))
     softer = 0.0 if np.mean(stiffness.EI1) <= np.mean(stiffness.EI2) else 0.5 * np.pi
     phi = float(np.angle(mean)) if abs(mean) * scale.length > 1e-9 else softer
 
     def k(x: Array) -> Array:
-        angle = phi - frames.turn * ring.link * x
-        return frames.turn * np.stack([np.cos(angle), np.sin(angle), np.full_like(x, ring.link)], axis=1)
+        angle = phi - frames.turn * link * x
+        return frames.turn * np.stack([np.cos(angle), np.sin(angle), np.full_like(x, link)], axis=1)
 
     place = (np.array(ring.start.position) - scale.origin) / scale.length
     return FirstShape(k, place, frames.quaternion_of_matrix(ring.start.R))
@@ -91,7 +91,7 @@ def circle(ring: Ring, scale: Scale) -> FirstShape:
 
 def of_problem(problem: Equilibrium) -> FirstShape | None:
     """Return the circle for a ring; None where the path begins with the natural shape."""
-    return circle(problem, Scale.of(problem)) if isinstance(problem, Ring) else None
+    return None if problem.link is None else circle(problem, problem.link, Scale.of(problem))
 
 
 def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.loads import Distributed
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.statics import first_shape
 from darboux.statics.coefficients import HEAVY, Scale
 from darboux.statics.first_shape import FirstShape
@@ -40,7 +40,7 @@ def hung(problem: Equilibrium) -> FirstShape | None:
     supports = sorted(problem.supports, key=lambda pair: pair[0])
     places = np.array([s / scale.length for s, _ in supports])
     held = all(all(support.held_displacement) for _, support in supports)
-    if not held or places[0] > 0.0 or places[-1] < 1.0 or problem.of_shape or isinstance(problem, Ring):
+    if not held or places[0] > 0.0 or places[-1] < 1.0 or problem.of_shape or problem.closed:
         return None
     chords = np.diff([np.array(support.position) / scale.length for _, support in supports], axis=0)
     if np.any(np.linalg.norm(chords, axis=1) > TAUT * np.diff(places)):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.curve import gauss_points
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
 
@@ -45,9 +45,9 @@ def _along(problem: Equilibrium) -> tuple[Array, Array]:
 
 def twisted(problem: Equilibrium) -> str | None:
     """Return the sentence for ends that are turned against each other more often than any method follows, or None."""
-    name, angle = "link", getattr(problem, "link", 0.0) * frames.turn
+    name, angle = "link", (problem.link or 0.0) * frames.turn
     for at in ("start", "end"):
-        twist = getattr(getattr(problem, at), "twist", 0.0)
+        twist = getattr(problem, at).twist
         if abs(twist) > abs(angle):
             name, angle = f"{at}.twist", twist
     if abs(angle) <= MOST_WOUND:
@@ -107,7 +107,7 @@ def beyond(problem: Equilibrium, method: str) -> str | None:
             return f"problem.{at} has {what}; {use}."
         if np.any(load.section_force) or np.any(load.section_moment):
             return f"a load on the {at} turns with the section (follower=True); {use}."
-    if isinstance(problem, Ring):
+    if problem.closed:
         return f"the rod is closed to a Ring; {use}."
     if problem.between:
         return f"a support holds the rod between its ends, at s = {problem.between[0][0]:g} m; {use}."

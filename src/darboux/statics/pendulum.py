@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.natural import smallest_rotation
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.statics.laying import laid, placed
 from darboux.supports import Support
 
@@ -26,7 +26,7 @@ SAME_TURN = 1e-9  # rad
 
 def origin(problem: Equilibrium) -> str:
     """Return in words where the load path of a problem begins."""
-    if isinstance(problem, Ring):
+    if problem.closed:
         return "the round ring"
     if _hung(problem) is None:
         return "the unloaded rod"
@@ -100,7 +100,7 @@ def _weights(problem: Equilibrium) -> tuple[Array, Array, Array]:
 
 def _free_axes(problem: Equilibrium) -> Array | None:
     """Return the axes (k, 3) about which the supports let the rod turn as a whole, or None: it is no pendulum."""
-    if isinstance(problem, Ring) or problem.of_shape or any(at.rotational is not None for _, at in problem.supports):
+    if problem.closed or problem.of_shape or any(at.rotational is not None for _, at in problem.supports):
         return None
     if len(problem.supports) == 1:
         axes = _axes_of_joint(problem.supports[0][1])

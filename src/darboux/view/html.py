@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from darboux.comparison import Comparison
 from darboux.motion import Motion
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.summary import NAME
 from darboux.trajectory import Trajectory
@@ -95,7 +95,7 @@ def _rows_of_text(text: str) -> list[Row]:
 def _rows_of_problem(problem: Equilibrium) -> list[Row]:
     rod = problem.rod
     between = [(f"at {s:g} m", _brief(at)) for s, at in problem.between]
-    if isinstance(problem, Ring):
+    if problem.link is not None:
         held = [("held at", _brief(problem.start)), *between, ("link", f"{problem.link:g}")]
     else:
         held = [("start", _brief(problem.start)), *between, ("end", _brief(problem.end))]
@@ -156,7 +156,7 @@ def _problem(problem: Equilibrium) -> Shown:
         held = [support.position for _, support in problem.supports if any(support.held_displacement)]
         return _svg([r], [np.array(held).reshape(-1, 3)], Look.at(np.concatenate([r, np.array(held).reshape(-1, 3)])))
 
-    name = "Ring" if isinstance(problem, Ring) else "Equilibrium"
+    name = type(problem).__name__
     return f"{name}: the problem, and the rod before anything acts on it", _table(_rows_of_problem(problem)), picture
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from darboux.checks import shown
 from darboux.errors import InvalidInput
 from darboux.natural import Helix
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.profile import Table
 from darboux.scenario import forms, units
 
@@ -200,7 +200,7 @@ def _of_rod(problem: Equilibrium) -> list[Quantity]:
 
 
 def _of_ends(problem: Equilibrium) -> list[Quantity]:
-    if isinstance(problem, Ring):
+    if problem.link is not None:
         reach = max(4.0, 2.0 * abs(problem.link))
         return [_even("link", "Ends", "link", "", problem.link, reach, ("link",), unit="turn")]
     found, start, end, L = [], problem.start, problem.end, problem.rod.length

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.rod import Rod
 from darboux.section import Rectangle
 from darboux.solution import EquilibriumSolution
@@ -83,7 +83,7 @@ def _plotted(solution: EquilibriumSolution) -> Array:
 
 def unloaded(problem: Equilibrium) -> Shape | None:
     """Return the unloaded rod, laid at its support; None for a ring, which was never open."""
-    if isinstance(problem, Ring):
+    if problem.closed:
         return None
     r, R, _ = where.unloaded(problem, np.linspace(0.0, problem.rod.length, SAMPLES))
     return Shape(r, R)

@@ -15,7 +15,7 @@ from darboux.dynamics.system import refuses
 from darboux.dynamics.tr_bdf2 import TRBDF2
 from darboux.errors import InvalidInput
 from darboux.motion import MassDamping, Motion
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, Status
 from darboux.trajectory import Trajectory
 from darboux.web.shape import SAMPLES, Shape
@@ -37,7 +37,7 @@ def motion(before: EquilibriumSolution, problem: Equilibrium) -> Trajectory | No
     """
     try:
         stated = _movable(problem)
-        if isinstance(stated, Ring) or refuses(Motion(stated, 1.0)) is not None:
+        if stated.closed or refuses(Motion(stated, 1.0)) is not None:
             return None
         rod, zero = stated.rod, np.zeros(1)
         stiffness = rod.stiffness(zero)

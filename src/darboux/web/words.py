@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from darboux.problem import Ring
 from darboux.solution import EquilibriumSolution
 from darboux.web.quantities import readable
 from darboux.web.shape import Fields
@@ -56,7 +55,7 @@ def numbers(solution: EquilibriumSolution, fields: Fields, energy: float) -> lis
 def link(solution: EquilibriumSolution) -> list[tuple[str, str]]:
     """Return the link of a ring, and whether it is the one asked for: two turns go each time the rod passes through itself."""
     problem = solution.problem
-    if not isinstance(problem, Ring) or problem.rod.shear:
+    if problem.link is None or problem.rod.shear:
         return []
     found = solution.link
     lost = abs(found - problem.link) > LOST

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux.loads import Distributed, EndLoad, Foundation, Gravity, LineCouple, LineForce, Rotation
 from darboux.natural import smallest_rotation
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.supports import Support
 from darboux.view import prefix
 from darboux.view.palette import GREEN, ORANGE, VERMILION
@@ -209,9 +209,9 @@ class Marks:
 def supports(marks: Marks, problem: Equilibrium, shape: Shape, held: Any = None) -> list[Solid]:
     """Return the marks of all supports; ``held`` says of "start" and "end" whether they hold at this time."""
     parts: list[Solid] = []
-    if isinstance(problem, Ring) and (held is None or held("start")):
+    if problem.closed and (held is None or held("start")):
         parts += marks.support(problem.start, shape.r[0], shape.R[0], None)
-    ends = () if isinstance(problem, Ring) else (("start", 0, -1.0), ("end", -1, 1.0))
+    ends = () if problem.closed else (("start", 0, -1.0), ("end", -1, 1.0))
     for at, i, sign in ends:
         support = getattr(problem, at)
         if support.holds and (held is None or held(at)):

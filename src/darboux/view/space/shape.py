@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
-from darboux.problem import Equilibrium, Ring
+from darboux.problem import Equilibrium
 from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution
 from darboux.trajectory import Trajectory
@@ -56,7 +56,7 @@ def at(trajectory: Trajectory, t: float) -> Shape:
     problem, now = trajectory.motion.problem, trajectory.at(t)
     rod, middles, edges = problem.rod, 0.5 * (now.s[1:] + now.s[:-1]), now.R
     stretch = np.linalg.norm(np.diff(now.r, axis=0), axis=1) / np.diff(now.s) - 1.0
-    if isinstance(problem, Ring):  # the last edge stands in front of the first too, and the first behind the last
+    if problem.link is not None:  # the last edge stands in front of the first too, and the first behind the last
         glue = frames.matrix_of_quaternion(
             frames.quaternion_of_turn(np.array([[0.0, 0.0, frames.turn * problem.link]]))
         )[0]
