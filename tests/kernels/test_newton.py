@@ -32,10 +32,10 @@ def one_by_one(equations: Equations, mesh: Mesh, load_factor: float, tolerance: 
 @pytest.mark.parametrize("loads", [LOADS[:1], LOADS], ids=["dead", "function"])
 @pytest.mark.parametrize("end", [dx.Free(), dx.Pinned((0.1, 0.2, 0.8))], ids=["free", "pinned"])
 def test_the_kernel_takes_the_steps_of_the_rule(end: dx.Free, loads: list) -> None:
-    equations = Equations(dx.Equilibrium(ROD, end=end, loads=loads), 3)
+    equations = Equations(dx.Equilibrium(ROD, end=end, loads=loads), 2)
     start, ends = equations.unloaded().mesh, set()
-    for load_factor in np.geomspace(0.01, 60.0, 25):
-        for tolerance in (1e-3, 1e-6, 1e-11):
+    for load_factor in np.geomspace(0.03, 60.0, 6):
+        for tolerance in (1e-3, 1e-9):
             for most in (3, 8):
                 expected = one_by_one(equations, start, load_factor, tolerance, most)
                 before, equations.iterations = start.y.copy(), 0
@@ -47,4 +47,4 @@ def test_the_kernel_takes_the_steps_of_the_rule(end: dx.Free, loads: list) -> No
                     np.testing.assert_allclose(found[0].y, expected[0].y, atol=1e-12 * np.max(np.abs(found[0].y)))
                     np.testing.assert_allclose(found[2], expected[1], rtol=1e-9)
                     assert found[3] == expected[2] == equations.iterations
-    assert {None, 2, 3, 4, 5} <= ends
+    assert {None, 2, 4} <= ends

@@ -1,0 +1,76 @@
+"""What a support leaves free, and how stiff it is, against its conditions and against its energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import darboux as dx
+from darboux import frames
+from darboux.kernels import support as kernel
+from darboux.statics.coefficients import Scale
+from darboux.statics.end_conditions import EndConditions
+from darboux.supports import Support
+
+SUPPORTS = {
+    "clamped": dx.Clamped(),
+    "pinned": dx.Pinned(),
+    "free": dx.Free(),
+    "roller": dx.Roller(along=(1, 2, 2)),
+    "hinge": dx.Hinge(axis=(0, 1, 0)),
+    "universal": dx.Universal((1, 0, 0), (0, 1, 0)),
+    "slider": dx.Slider(along=(0, 3, 4)),
+    "guided": dx.Guided(),
+    "spring": dx.Spring(linear=2.0, rotational=3.0),
+}
+
+
+def conditions(support: Support, loads: tuple = ()) -> EndConditions:
+    rod = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.0, GJ=0.7))
+    problem = dx.Equilibrium(rod, end=support, loads=loads)
+    return EndConditions(support, problem.end_load("end"), 1.0, Scale.of(problem))
+
+
+def state(seed: int) -> np.ndarray:
+    y = np.random.default_rng(seed).normal(size=13)
+    y[3:7] /= np.linalg.norm(y[3:7])
+    return y
+
+
+@pytest.mark.parametrize("name", SUPPORTS)
+def test_free_motions_change_nothing_that_is_held(name: str) -> None:
+    """There are as many as forces known; along each the prescribed displacements and rotations stay, at the support's own pose."""
+    c = conditions(SUPPORTS[name])
+    y = state(2)
+    position, y[3:7] = c.pose(1.0)
+    y[:3] = position
+    hold = c.held(y, 1.0)
+    motions = hold.motions[:, : hold.free]
+    held = np.array([*SUPPORTS[name].held_displacement, *SUPPORTS[name].held_rotation])
+    assert hold.free == 6 - np.count_nonzero(held)
+    np.testing.assert_allclose(motions.T @ motions, np.eye(hold.free), atol=1e-12)
+    R = frames.matrix_of_quaternion(y[3:7])
+    rows = c.system(y, 1.0)[:, :12]
+    for motion in motions.T:
+        delta = np.concatenate([motion[:3], R.T @ motion[3:], np.zeros(6)])
+        np.testing.assert_allclose((rows @ delta)[held], 0.0, atol=1e-7)
+
+
+def test_the_stiffness_is_the_second_derivative_of_the_energy() -> None:
+    """Of eccentric forces, -lambda R : A, by turns of the fixed frame; springs as they are."""
+    c = conditions(dx.Free(), (dx.EndForce((0.5, -1.0, 2.0), offset=(0.3, 0.4, -0.2)),))
+    A = np.outer((0.5, -1.0, 2.0), (0.3, 0.4, -0.2))
+    y, load_factor, h = state(3), 0.7, 1e-4
+    R = frames.matrix_of_quaternion(y[3:7])
+
+    def energy(theta: np.ndarray) -> float:
+        return float(-load_factor * np.sum(frames.rotation(theta) @ R * A))
+
+    e = h * np.eye(3)
+    second = [[(energy(a + b) - energy(a - b) - energy(b - a) + energy(-a - b)) / (4.0 * h**2) for b in e] for a in e]
+    found = c.held(y, load_factor).stiffness
+    np.testing.assert_allclose(found[3:, 3:], second, atol=1e-6)
+    np.testing.assert_array_equal(found[:3], 0.0)
+    spring = conditions(SUPPORTS["spring"]).held(y, load_factor).stiffness
+    np.testing.assert_allclose(spring, np.diag([2.0, 2.0, 2.0, 3.0, 3.0, 3.0]))
+    assert len(c.numbers(1.0)) == kernel.NUMBERS
