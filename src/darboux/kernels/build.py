@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
-from darboux.kernels import built
+from darboux.kernels import built, calling
 
 HELPERS = "darboux_kernels"
 NUMBA = {"int": "int64", "float": "float64", "bool": "boolean"}
@@ -134,7 +134,7 @@ def _leave_out_what_python_calls() -> None:
 
 def _flat(kernel: Any) -> tuple[str, Any]:
     """Return the signature and the function that takes a kernel's numbers and arrays one after another."""
-    hints = built.hints(kernel.py_func)
+    hints = dict(calling.hints(kernel.py_func))
     returned = hints.pop("return")
     kinds: list[str] = []
     names: dict[str, Any] = {"kernel_": kernel}
@@ -143,11 +143,11 @@ def _flat(kernel: Any) -> tuple[str, Any]:
         """Return the expression that puts an argument together from a0, a1, ..."""
         if hasattr(hint, "_fields"):
             names[hint.__name__] = hint
-            inner = [whole(part, f"{name}.{field}") for field, part in typing.get_type_hints(hint).items()]
+            inner = [whole(part, f"{name}.{field}") for field, part in calling.hints(hint).items()]
             return f"{hint.__name__}({', '.join(inner)})"
         if typing.get_origin(hint) is tuple:
             return f"({''.join(whole(part, name) + ', ' for part in typing.get_args(hint))})"
-        ((_, kind),) = built.parts(hint, name)
+        ((_, kind),) = calling.parts(hint, name)
         kinds.append(kind)
         return f"a{len(kinds) - 1}"
 

@@ -16,7 +16,7 @@ from typing import Any
 import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
 
-from darboux.kernels import jit
+from darboux.kernels import calling, jit
 
 FOLDER = Path(__file__).parent
 
@@ -103,7 +103,7 @@ class _NoCache(NullCache):  # type: ignore[misc]
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a kernel at its first call and keep the machine code on disk where a folder is writable."""
-    dispatcher: Any = numba.njit(**jit.OPTIONS)(function)
+    dispatcher: Any = numba.njit(**calling.OPTIONS)(function)
     if hasattr(dispatcher, "_cache"):  # not where numba is told to compile nothing
         dispatcher._cache = _NoCache() if CACHE is None else _KernelCache(function)
     return dispatcher
@@ -111,4 +111,4 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 def helper(function: Callable[..., Any]) -> Any:
     """Compile a small helper that LLVM inlines into every kernel: nothing of it is cached on its own."""
-    return numba.njit(forceinline=True, **jit.OPTIONS)(function)
+    return numba.njit(forceinline=True, **calling.OPTIONS)(function)

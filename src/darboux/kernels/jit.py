@@ -16,7 +16,6 @@ from typing import Any, ParamSpec, TypeVar
 
 from darboux.kernels import built
 
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -41,7 +40,7 @@ AT_FIRST_CALL = _at_first_call()
 
 
 def jit(function: Kernel) -> Kernel:
-    """Declare a kernel; its annotations tell how it is called, see built.py."""
+    """Declare a kernel; its annotations tell how it is called, see calling.py."""
     if not AT_FIRST_CALL:
         return built.kernel(function)  # type: ignore[no-any-return]
     return _first_call().kernel(function)  # type: ignore[no-any-return]
