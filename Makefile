@@ -86,7 +86,8 @@ wheel: $(KERNELS) ## the wheel, into dist/, and what it can do without numba
 	$(PIP) wheel --no-deps --no-build-isolation --wheel-dir dist .
 	'$(PYTHON)' -m venv .venv-wheel
 	grep '^[a-z]' requirements.txt | tr -d '\\' > .venv-wheel/constraints.txt
-	.venv-wheel/bin/python -m pip --quiet --disable-pip-version-check --no-input install --constraint .venv-wheel/constraints.txt dist/*.whl
+	.venv-wheel/bin/python -m pip --quiet --disable-pip-version-check --no-input install --constraint .venv-wheel/constraints.txt \
+		dist/*.whl
 	.venv-wheel/bin/python -I tests/tools/without_numba.py
 
 # Environment variables of the caller's own index or settings do not reach the lock.
