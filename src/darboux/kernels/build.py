@@ -2,7 +2,8 @@
 
     python -m darboux.kernels.build
 
-DARBOUX_CPU names the processor as LLVM does, or says "host"; without it the machine code runs on every one of this kind.
+DARBOUX_CPU names the processor as LLVM does, or says "host", and all is compiled anew (to undo it: make clean). Without it
+the machine code runs on every processor of this kind.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ def build() -> list[Path]:
     for old in built.FOLDER.glob(f"_*{built.SUFFIX}"):
         if old not in files.values():
             old.unlink()
-    missing = [name for name, file in files.items() if not file.exists()]
+    anew = "DARBOUX_CPU" in os.environ
+    missing = [name for name, file in files.items() if anew or not file.exists()]
     missing.sort(key=lambda name: -(built.FOLDER / f"{name}.py").stat().st_size)  # the longest first
     if missing:
         _say(f"darboux: compiling its numerical kernels ({', '.join(missing)}); some minutes, once ...")
