@@ -11,29 +11,32 @@ PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check --no-input
 MADE    := $(VENV)/.made
 RUNTIME := $(VENV)/.runtime
 DEV     := $(VENV)/.dev
+KERNELS := $(VENV)/.kernels
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test fuzz validate mutants processors lint format docs bench coverage lock clean distclean
+.PHONY: help kernels wheel paper test fuzz validate mutants processors lint format docs bench coverage lock clean distclean
 
 help: ## this list
 	@echo 'usage: make JOB [PYTHON=python3.13] [ARGS="..."]'
 	@echo
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
-paper: $(RUNTIME) ## every figure and number of the paper, into paper-figures/ (ARGS="--only 5" for one)
+kernels: $(KERNELS) ## the numerical kernels, compiled (the jobs that use them do it by themselves)
+
+paper: $(KERNELS) ## every figure and number of the paper, into paper-figures/ (ARGS="--only 5" for one)
 	$(BIN)/darboux paper $(ARGS)
 
 test: export MPLBACKEND = Agg
-test: $(DEV) ## the tests (ARGS="-k elastica" for some)
+test: $(DEV) $(KERNELS) ## the tests (ARGS="-k elastica" for some)
 	$(BIN)/python -m pytest $(ARGS)
 
 fuzz: export MPLBACKEND = Agg
 fuzz: export DARBOUX_FUZZ = 2000
-fuzz: $(DEV) ## 2,000 random problems, 300 by two methods, 500 random motions and 10,000 damaged files of each kind (half an hour)
+fuzz: $(DEV) $(KERNELS) ## 2,000 random problems, 300 by two methods, 500 random motions and 10,000 damaged files of each kind (half an hour)
 	$(BIN)/python -m pytest tests/test_any_problem.py tests/test_any_motion.py tests/test_any_file.py tests/test_close_places.py $(ARGS)
 
 validate: export MPLBACKEND = Agg
-validate: $(DEV) ## every reference case by every method, and docs/validation.md; kept answers that take long (some minutes)
+validate: $(DEV) $(KERNELS) ## every reference case by every method, and docs/validation.md; kept answers that take long (some minutes)
 	$(BIN)/python -m tests.validation.page $(ARGS)
 	$(BIN)/python -m pytest -m long tests/frozen
 
@@ -54,7 +57,7 @@ format: $(DEV) ## put the source into its form
 	$(BIN)/python -m ruff format
 
 docs: export OPENBLAS_NUM_THREADS = 1
-docs: $(DEV) ## the site, into docs/_build/html/index.html: every page is executed, every warning is an error
+docs: $(DEV) $(KERNELS) ## the site, into docs/_build/html/index.html: every page is executed, every warning is an error
 	$(BIN)/python -m sphinx --jobs auto --fail-on-warning --keep-going --quiet --builder html $(ARGS) docs docs/_build/html
 
 # One core, so that the ratios mean the same everywhere.
@@ -62,12 +65,12 @@ bench: export OMP_NUM_THREADS = 1
 bench: export OPENBLAS_NUM_THREADS = 1
 bench: export MKL_NUM_THREADS = 1
 bench: export NUMBA_NUM_THREADS = 1
-bench: $(DEV) ## the benchmarks, against SciPy and PyElastica
+bench: $(DEV) $(KERNELS) ## the benchmarks, against SciPy and PyElastica
 	$(BIN)/python benchmarks/run.py $(ARGS)
 
 # All tests as ever, then some on uncompiled kernels, so that the kernels' lines are counted; NumPy warns where they do not.
 coverage: export MPLBACKEND = Agg
-coverage: $(DEV) ## the lines and branches that tests reach, kernels included; fails below 95 % (half an hour)
+coverage: $(DEV) $(KERNELS) ## the lines and branches that tests reach, kernels included; fails below 95 % (half an hour)
 	$(BIN)/python -m coverage erase
 	$(BIN)/python -m coverage run -m pytest $(ARGS)
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -W ignore::RuntimeWarning $(UNCOMPILED)
@@ -77,6 +80,16 @@ coverage: $(DEV) ## the lines and branches that tests reach, kernels included; f
 UNCOMPILED := tests/kernels tests/test_numerics.py \
 	tests/test_collocation.py::test_rows_of_the_end_conditions_are_their_derivatives \
 	tests/test_collocation.py::test_the_tangent_is_the_derivative_by_the_load
+
+# As a user gets it: in an environment of its own, where numba is not installed.
+wheel: $(KERNELS) ## the wheel, into dist/, and what it can do without numba
+	rm -rf dist .venv-wheel
+	$(PIP) wheel --no-deps --no-build-isolation --wheel-dir dist .
+	'$(PYTHON)' -m venv .venv-wheel
+	grep '^[a-z]' requirements.txt | tr -d '\\' > .venv-wheel/constraints.txt
+	.venv-wheel/bin/python -m pip --quiet --disable-pip-version-check --no-input install --constraint .venv-wheel/constraints.txt \
+		dist/*.whl
+	.venv-wheel/bin/python -I tests/tools/without_numba.py
 
 # Environment variables of the caller's own index or settings do not reach the lock.
 LOCK = .venv-lock/bin/uv --no-config --quiet pip compile --universal --python-version 3.11 --upgrade --generate-hashes \
@@ -89,10 +102,11 @@ lock: ## choose the locked versions anew (needs uv from the package index)
 
 clean: ## remove what the jobs made, but for the environment
 	rm -rf build dist paper-figures docs/_build docs/gallery .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage .coverage.*
+	rm -f src/darboux/kernels/_*.so src/darboux/kernels/_*.pyd
 	find $(wildcard src tests benchmarks examples) -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean ## remove the environment too
-	rm -rf $(VENV) .venv-lock
+	rm -rf $(VENV) .venv-lock .venv-wheel
 
 # ---------------------------------------------------------------------------------------- environment
 # Each stamp says: so far installed. A second call finds the stamp and installs nothing.
@@ -112,6 +126,11 @@ $(RUNTIME): $(MADE) requirements.txt pyproject.toml
 	@echo "installing darboux and what it needs into $(VENV) (a minute or so, once) ..."
 	@$(PIP) install --require-hashes --requirement requirements.txt
 	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# Without a C compiler nothing is built, and the kernels compile when they are first called.
+$(KERNELS): $(RUNTIME) $(wildcard src/darboux/kernels/*.py)
+	@$(BIN)/python -m darboux.kernels.build
 	@touch $@
 
 $(DEV): $(RUNTIME) requirements-dev.txt

@@ -371,9 +371,10 @@ def test_the_doctor(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     for words in ("Python", "numpy", "cores", "kernels", "agree to"):
         assert words in result.stdout
     assert json.loads(run("doctor", "--json").stdout)["fine"] is True
-    from darboux.kernels import jit
+    from darboux.kernels import first_call, jit
 
-    monkeypatch.setattr(jit, "CACHE", None)
+    monkeypatch.setattr(jit, "AT_FIRST_CALL", True)
+    monkeypatch.setattr(first_call, "CACHE", None)
     result = run("doctor")
     assert result.exit_code == 1
     assert "DARBOUX_CACHE" in result.stdout

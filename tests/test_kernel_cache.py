@@ -1,4 +1,4 @@
-"""Compiled kernels are kept where a folder is writable, keyed on every kernel's source."""
+"""Kernels that compile when they are first called are kept where a folder is writable, keyed on every kernel's source."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ import darboux
 PACKAGE = Path(darboux.__file__).parent
 CODE = """
 import numpy as np
-from darboux.kernels import band, jit
+from darboux.kernels import band, first_call
 lower = np.zeros(band.LOWER); lower[0] = 2.0
-print(jit.CACHE); print(band.factor(lower, 1)); print(sum(band.factor.stats.cache_hits.values()))
+print(first_call.CACHE); print(band.factor(lower, 1)); print(sum(band.factor.stats.cache_hits.values()))
 """
 
 
 def run(environment: dict[str, str], path: Path | None = None) -> list[str]:
-    extra = {"PYTHONPATH": str(path)} if path else {}
+    extra = {"DARBOUX_JIT": "1"} | ({"PYTHONPATH": str(path)} if path else {})
     done = subprocess.run(
         [sys.executable, "-c", CODE], capture_output=True, text=True, check=False, env=os.environ | environment | extra
     )
@@ -75,7 +75,7 @@ def said(environment: dict[str, str], *words: str) -> str:
         capture_output=True,
         text=True,
         check=True,
-        env=os.environ | environment,
+        env=os.environ | environment | {"DARBOUX_JIT": "1"},
     )
     assert done.stdout == ""
     return done.stderr

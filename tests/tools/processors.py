@@ -99,7 +99,7 @@ def differences(ours: dict[str, Any], theirs: dict[str, Any]) -> list[str]:
 
 def tried(processor: Processor, ours: dict[str, Any]) -> list[str]:
     """Return what went wrong on another processor: answers that differ, tests that fail."""
-    environment = processor.environment | {"DARBOUX_CACHE": str(KEPT / processor.name)}
+    environment = processor.environment | {"DARBOUX_JIT": "1", "DARBOUX_CACHE": str(KEPT / processor.name)}
     wrong = differences(ours, answered(environment))
     files = [f"tests/test_{name}.py" for name in TESTS.split()]
     tests = in_process(environment, "pytest", "-q", "-p", "no:cacheprovider", *files)

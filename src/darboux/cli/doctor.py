@@ -17,12 +17,12 @@ THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_
 
 
 def doctor(json: Json = False) -> None:
-    """Check this installation: versions, threads, the kernels' cache, and a self test; say how to mend what is wrong."""
+    """Check this installation: versions, threads, the kernels, and a self test; say how to mend what is wrong."""
     checks: list[tuple[str, Callable[[], str]]] = [
         ("darboux", _versions),
         ("packages", _packages),
         ("threads", _threads),
-        ("cache", _cache),
+        ("kernels", _kernels),
         ("self test", _self_test),
     ]
     found: dict[str, dict[str, Any]] = {}
@@ -46,9 +46,10 @@ def warmup(quiet: Quiet = False) -> None:
     """Compile every kernel once, so that the next solve is quick: some minutes, and nothing where it is done."""
     from darboux.kernels import jit
 
-    jit.announced(_solve_by_all)()
+    if jit.AT_FIRST_CALL:
+        jit.announced(_solve_by_all)()
     if not quiet:
-        say(f"All kernels are compiled; kept in {jit.CACHE or 'memory only'}.")
+        say(f"All kernels are compiled; {_kernels()}.")
 
 
 class _Ill(Exception):  # noqa: N818  # a finding, not an error
@@ -66,7 +67,10 @@ def _versions() -> str:
 def _packages() -> str:
     from importlib import metadata
 
-    names = ("numpy", "scipy", "numba", "matplotlib", "typer", "rich", "pydantic", "pint", "xarray", "h5netcdf", "h5py")
+    from darboux.kernels import jit
+
+    numba = ("numba",) if jit.AT_FIRST_CALL else ()
+    names = ("numpy", "scipy", *numba, "matplotlib", "typer", "rich", "pydantic", "pint", "xarray", "h5netcdf", "h5py")
     versions, missing = [], []
     for name in names:
         try:
@@ -83,16 +87,22 @@ def _threads() -> str:
     return f"{os.cpu_count()} cores; {', '.join(limits) or 'no limits set'}"
 
 
-def _cache() -> str:
-    from darboux.kernels import jit
+def _kernels() -> str:
+    from darboux.kernels import built, jit
 
-    if jit.CACHE is None:
+    if not jit.AT_FIRST_CALL:
+        return f"they were compiled when darboux was built, and lie in {built.FOLDER}"
+    try:
+        from darboux.kernels import first_call
+    except ModuleNotFoundError as error:
+        raise _Ill("they are not built, and numba, which else compiles them, is missing: pip install numba") from error
+    if first_call.CACHE is None:
         raise _Ill(
             "no folder is writable, so kernels compile anew each time; name one by DARBOUX_CACHE=/a/folder/of/yours"
         )
-    files = list(jit.CACHE.glob("*.nbi"))
-    return f"{jit.CACHE}, {len(files)} kernels compiled" + (
-        "" if files else " (the first solve compiles; or: darboux warmup)"
+    count = len(list(first_call.CACHE.glob("*.nbi")))
+    return f"they compile when they are first called; {count} are kept in {first_call.CACHE}" + (
+        "" if count else " (the first solve compiles; or: darboux warmup)"
     )
 
 

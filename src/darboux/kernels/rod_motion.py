@@ -116,6 +116,7 @@ from darboux.kernels.jit import inline, jit
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Places = NDArray[np.int64]
+Rows = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
 # One row of a drive: what supports, loads and fluids do at one stage. Two numbers of three stand for the two ends.
 POSITION, VELOCITY, TANGENT, DIRECTOR, SPIN = 0, 6, 12, 18, 24
@@ -1266,7 +1267,7 @@ def power_of_supports(body: Body, row: Array, reaction: Array) -> float:
 
 @jit
 def midpoint_steps(
-    state: State, V: Array, pull: Array, h: float, steps: int, drive: Array, body: Body, space: Space, now: State,
+    state: State, V: Array, pull: Array, h: float, steps: int, drive: Rows, body: Body, space: Space, now: State,
     velocity: Array, tally: Array, tolerance: float,
 ) -> int:  # fmt: skip
     """Make steps of the midpoint rule, the k-th with row k of the drive (the last one again where there are no more).
@@ -1347,7 +1348,7 @@ def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A:
 
 @jit
 def verlet_steps(
-    state: State, V: Array, A: Array, h: float, steps: int, drive: Array, body: Body, space: Space, now: State,
+    state: State, V: Array, A: Array, h: float, steps: int, drive: Rows, body: Body, space: Space, now: State,
     tally: Array,
 ) -> int:  # fmt: skip
     """Make steps of Stoermer and Verlet's method, the k-th to row k of the drive; A are the accelerations at the start.
@@ -1385,7 +1386,7 @@ def verlet_steps(
 
 @jit
 def tr_bdf2_step(
-    state: State, V: Array, A: Array, h: float, drive: Array, body: Body, space: Space, middle: State, now: State,
+    state: State, V: Array, A: Array, h: float, drive: Rows, body: Body, space: Space, middle: State, now: State,
     V1: Array, error: Array, power: Array, tolerance: float,
 ) -> int:  # fmt: skip
     """Try one step of TR-BDF2, to (now, V1), from (state, V) with the accelerations A; three rows of the drive.

@@ -1,0 +1,148 @@
+"""Kernels that were compiled when darboux was built: whether they are there, and how Python calls them.
+
+Each module with public kernels has an extension module beside it, `_band_0a1b2c3d4e5f` for band.py. Its name ends in the
+digest of the sources that it was made from, so that another state of the sources does not find it.
+
+The compiled function takes numbers and arrays one after another, see calling.py; `kernel` makes the function that takes
+tuples apart, and looks at each array: the compiled function trusts that it is contiguous and of its type.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.machinery
+import importlib.util
+import re
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from darboux.kernels import calling
+
+FOLDER = Path(__file__).parent
+SUFFIX = importlib.machinery.EXTENSION_SUFFIXES[0]
+TOOLS = {"built", "build", "first_call", "jit"}  # of them calling.py alone has a part in what comes out
+TYPES = {"float64": np.dtype(np.float64), "int64": np.dtype(np.int64), "bool": np.dtype(np.bool_)}
+PUBLIC = re.compile(r"^@jit\ndef (?!_)", re.MULTILINE)
+IMPORTED = re.compile(r"^from darboux\.kernels(?:\.(\w+) import|\s+import ([\w, ]+))", re.MULTILINE)
+
+
+@functools.cache
+def modules() -> dict[str, str]:
+    """Return the modules that have public kernels, each with the digest of all sources that it is made from."""
+    sources = {path.stem: path.read_bytes().replace(b"\r\n", b"\n") for path in sorted(FOLDER.glob("*.py"))}
+    texts = {name: source.decode() for name, source in sources.items()}
+    digests = {name: hashlib.sha256(source).digest() for name, source in sources.items()}
+    imports = {
+        name: {word.strip() for found in IMPORTED.findall(text) for word in (found[0] or found[1]).split(",")}
+        for name, text in texts.items()
+    }
+    found = {}
+    for name, text in texts.items():
+        if PUBLIC.search(text):
+            reached: set[str] = set()
+            waiting = {name, "calling"}
+            while waiting:
+                reached |= waiting
+                waiting = {other for each in waiting for other in imports[each] & sources.keys()} - reached - TOOLS
+            digest = hashlib.sha256(b"".join(digests[each] for each in sorted(reached)))
+            found[name] = digest.hexdigest()[:12]
+    return found
+
+
+def extension(name: str) -> str:
+    """Return the name of the extension module of a module of kernels."""
+    return f"_{name}_{modules()[name]}"
+
+
+def file(name: str) -> Path:
+    """Return where it lies."""
+    return FOLDER / (extension(name) + SUFFIX)
+
+
+def is_whole() -> bool:
+    """Whether all kernels were built from today's sources."""
+    return all(file(name).exists() for name in modules())
+
+
+def is_stale() -> bool:
+    """Whether some were built from other sources."""
+    return any(FOLDER.glob(f"_*{SUFFIX}"))
+
+
+@functools.cache
+def _loaded(name: str) -> ModuleType:
+    full = f"darboux.kernels.{extension(name)}"
+    spec = importlib.util.spec_from_file_location(full, file(name))
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file(name)} is no extension module")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Return the function by which Python calls the compiled kernel; a private one is called by kernels only."""
+    if function.__name__.startswith("_"):
+        return function
+    hints = dict(calling.hints(function))
+    returned = hints.pop("return")
+    call = ", ".join(text for name, hint in hints.items() for text, _ in calling.parts(hint, name))
+    module = _loaded(function.__module__.rpartition(".")[2])
+    names = {
+        "built_": getattr(module, function.__name__),
+        "returned_": returned,
+        "refuse_": functools.partial(_refuse, hints),
+    }
+    lines = [
+        f"def {function.__name__}({', '.join(hints)}):",
+        f"    if not ({' and '.join(_fits(hint, name, names) for name, hint in hints.items())}):",
+        f"        refuse_({', '.join(hints)})",
+        f"    return {f'returned_(*built_({call}))' if hasattr(returned, '_fields') else f'built_({call})'}",
+    ]
+    exec("\n".join(lines), names)
+    made: Any = functools.wraps(function)(names[function.__name__])
+    made.__defaults__ = getattr(function, "__defaults__", None)
+    return made
+
+
+def _fits(hint: Any, name: str, names: dict[str, Any]) -> str:
+    """Return the expression that an argument's arrays are, at a glance, what the kernel takes; add what it calls."""
+    if hasattr(hint, "_fields"):
+        names[f"fit_{hint.__name__}"] = _fit(hint)
+        return f"fit_{hint.__name__}({name})"
+    arrays = [(text, kind) for text, kind in calling.parts(hint, name) if kind.endswith("]")]
+    names |= {f"{kind}_": dtype for kind, dtype in TYPES.items()}
+    looks = [f"{text}.dtype is {kind.partition('[')[0]}_ and {_shape(text, kind)}" for text, kind in arrays]
+    return " and ".join(looks) or "True"
+
+
+@functools.cache
+def _fit(hint: Any) -> Any:
+    """Return the function that looks at a named tuple."""
+    names: dict[str, Any] = {}
+    looks = [_fits(inner, f"x.{name}", names) for name, inner in calling.hints(hint).items()]
+    exec(f"def fit(x): return {' and '.join(looks)}", names)
+    return names["fit"]
+
+
+def _shape(text: str, kind: str) -> str:
+    """Return the expression that an array is contiguous: the quicker one, true of nearly all, where one is enough."""
+    many = kind.count(":") - 1
+    size = TYPES[kind.partition("[")[0]].itemsize
+    return f"{text}.strides == ({size},)" if many == 1 else f"{text}.ndim == {many} and {text}.flags.c_contiguous"
+
+
+def _refuse(hints: dict[str, Any], *arguments: Any) -> None:
+    """Raise TypeError for an array that a compiled kernel can't read; return where all are fine at a closer look."""
+    given = dict(zip(hints, arguments, strict=True))
+    for text, kind in [part for name, hint in hints.items() for part in calling.parts(hint, name)]:
+        if kind.endswith("]"):
+            a, dtype, many = eval(text, given), TYPES[kind.partition("[")[0]], kind.count(":") - 1
+            if not (isinstance(a, np.ndarray) and a.dtype == dtype and a.ndim == many and a.flags.c_contiguous):
+                what = f"{a.dtype} {a.shape}, strides {a.strides}" if isinstance(a, np.ndarray) else type(a).__name__
+                raise TypeError(f"{text} is {what}; the kernel takes a contiguous array of {dtype}, dimensions: {many}")

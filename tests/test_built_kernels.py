@@ -1,0 +1,125 @@
+"""Kernels compiled when darboux is built: when they are taken, how they are called, and that they compute the same."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import darboux
+from darboux.kernels import band, built, discrete_rod, jit
+
+PACKAGE = Path(darboux.__file__).parent
+KERNELS = PACKAGE / "kernels"
+pytestmark = pytest.mark.skipif(jit.AT_FIRST_CALL, reason="the kernels are not built: make kernels")
+
+
+def run(code: str, source: Path = PACKAGE.parent, **environment: str) -> subprocess.CompletedProcess[str]:
+    own = {"PYTHONPATH": str(source), "DARBOUX_JIT": "0", "PYTHONDONTWRITEBYTECODE": "1"} | environment
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=os.environ | own
+    )
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """The source in a folder of its own, with the kernels that were built."""
+    shutil.copytree(PACKAGE, tmp_path / "darboux", ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+CHOICE = "import sys; from darboux.kernels import jit, band; print(jit.AT_FIRST_CALL, 'numba' in sys.modules)"
+WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; "
+
+
+def test_built_kernels_are_taken_and_numba_is_not_asked_for(copy: Path) -> None:
+    done = run(WITHOUT_NUMBA.replace("None", "sys") + CHOICE.replace("'numba'", "'llvmlite'"), copy)
+    assert (done.stdout.split(), done.stderr) == (["False", "False"], "")
+    done = run(CHOICE, copy, DARBOUX_JIT="1")
+    assert (done.stdout.split(), done.stderr) == (["True", "True"], "")
+
+
+def test_kernels_of_other_sources_are_left_aside(copy: Path) -> None:
+    """Ring calls what is in band, so both are out of date; collocation is not, but kernels are taken all or none."""
+    before = {name: built.file(name).name for name in built.modules()}
+    with (copy / "darboux/kernels/band.py").open("a") as file:
+        file.write("# an edit\n")
+    done = run(CHOICE, copy)
+    assert done.stdout.split() == ["True", "True"]
+    assert done.stderr.count("\n") == 1
+    assert "make kernels" in done.stderr
+    done = run(
+        "from darboux.kernels import built\nfor name in built.modules(): print(name, built.file(name).name)", copy
+    )
+    after = dict(line.split() for line in done.stdout.splitlines())
+    changed = {name for name in before if before[name] != after[name]}
+    assert {"band", "ring", "rod_motion"} <= changed
+    assert not {"collocation", "dormand_prince", "rod_equations"} & changed
+
+
+def test_without_built_kernels_numba_is_needed(copy: Path) -> None:
+    for file in (copy / "darboux/kernels").glob(f"_*{built.SUFFIX}"):
+        file.unlink()
+    done = run(CHOICE, copy)
+    assert (done.stdout.split(), done.stderr) == (["True", "True"], "")
+    done = run(WITHOUT_NUMBA + CHOICE, copy)
+    assert done.returncode == 1
+    assert "pip install numba" in done.stderr
+
+
+def test_an_array_that_the_machine_code_would_misread_is_refused() -> None:
+    lower = np.zeros(4 * band.LOWER)
+    for wrong in (np.zeros(2 * lower.size)[::2], lower.astype(int), lower.reshape(4, -1), lower.tolist()):
+        with pytest.raises((TypeError, AttributeError), match=r"lower|dtype"):
+            band.factor(wrong, 4)
+    state = discrete_rod.State(*(np.zeros(9) for _ in range(3)), np.zeros((3, 1)))
+    with pytest.raises(TypeError, match=r"state\.m is float64 \(3, 1\)"):
+        discrete_rod.strains(state, 0, 0, np.zeros(3))
+    assert band.factor(np.ones((band.LOWER, 2))[:, 0][:1].repeat(band.LOWER), 1) == 0
+
+
+def test_a_built_kernel_is_a_function_of_its_module() -> None:
+    assert pickle.loads(pickle.dumps(band.factor)) is band.factor
+    assert band.factor.__doc__
+    assert band.factor(n=1, lower=np.ones(band.LOWER)) == 0
+
+
+def test_a_built_kernel_lets_other_threads_run() -> None:
+    n = 400_000
+    lower = np.zeros(band.LOWER * (n + 4 * band.BLOCK))
+    lower[:: band.LOWER] = 4.0
+    thread = threading.Thread(target=lambda: [band.factor(lower.copy(), n) for _ in range(5)])
+    began, longest, last = time.perf_counter(), 0.0, time.perf_counter()
+    thread.start()
+    while thread.is_alive():
+        now = time.perf_counter()
+        longest, last = max(longest, now - last), now
+    assert longest < 0.5 * (time.perf_counter() - began) / 5
+
+
+SOLVED = """
+import numpy as np
+from darboux.kernels import band, jit
+random = np.random.default_rng(1)
+n = 40
+lower = random.uniform(-1.0, 1.0, band.LOWER * (n + 2 * band.BLOCK + band.REACH)); lower[:: band.LOWER] += 10.0
+b = random.uniform(-1.0, 1.0, n + 2 * band.BLOCK + band.REACH)
+print(band.factor(lower, n), band.solve(lower, n, b), lower.tobytes().hex(), b.tobytes().hex(), jit.AT_FIRST_CALL)
+"""
+
+
+@pytest.mark.slow
+def test_built_kernels_give_the_numbers_of_those_that_compile_at_the_first_call(tmp_path: Path) -> None:
+    """Bit for bit, compiled for the same processor."""
+    same = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "DARBOUX_CACHE": str(tmp_path)}
+    ours, theirs = run(SOLVED).stdout.split(), run(SOLVED, DARBOUX_JIT="1", **same).stdout.split()
+    assert (ours.pop(), theirs.pop()) == ("False", "True")
+    assert ours == theirs
