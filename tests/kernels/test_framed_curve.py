@@ -24,3 +24,12 @@ def test_constant_curvature_and_twist_make_a_helix() -> None:
         gaps.append(np.linalg.norm(r[-1] - place))
     assert gaps[1] < 1e-7
     assert 3.8 < np.log2(gaps[0] / gaps[1]) < 4.2
+
+
+def test_turns_follow_one_another() -> None:
+    """The frame turns in its own axes: R = exp(k1 / 2) exp(k2 / 2)."""
+    k = np.array([[2.0, -1.0, 3.0], [0.5, 1.5, -1.0]])
+    r, q = np.empty((2, 3)), np.empty((2, 4))
+    framed_curve.lay_out(np.full(2, 0.5), k.ravel(), r.ravel(), q.ravel())
+    expected = frames.rotation(0.5 * k[0]) @ frames.rotation(0.5 * k[1])
+    np.testing.assert_allclose(frames.matrix_of_quaternion(q[-1]), expected, atol=1e-14)

@@ -29,7 +29,7 @@ def transfers(force: float) -> np.ndarray:
 def assembled(T: np.ndarray, m: np.ndarray) -> tuple:
     parts = np.zeros((N + 1, BLOCK, BLOCK)), np.zeros((N, BLOCK, BLOCK)), np.zeros((N + 1, BLOCK))
     flat = tuple(part.ravel() for part in parts)
-    counts = second_variation.assemble(T.copy().ravel(), X, m[:-1].ravel(), m[1:].ravel(), *flat)
+    counts = second_variation.assemble(T.copy().ravel(), X, m[:-1].ravel(), *flat)
     return parts, flat, counts
 
 
@@ -69,7 +69,7 @@ def test_a_held_node_keeps_its_motions_and_forces() -> None:
     rng = np.random.default_rng(2)
     parts, flat, _ = assembled(transfers(3.0), rng.normal(size=(N + 1, 3)))
     before = matrix(np.full(N + 1, BLOCK), parts[0].copy(), parts[1].copy())
-    sizes, to = np.full(N + 1, BLOCK), np.eye(BLOCK * (N + 1))
+    sizes, to, own = np.full(N + 1, BLOCK), np.eye(BLOCK * (N + 1)), parts[2][:, 0].copy()
     for node, free in ((0, 2), (3, 5), (N, 0)):
         motions, K = np.zeros((6, 6)), rng.normal(size=(6, 6))
         motions[:, :free] = np.linalg.qr(rng.normal(size=(6, 6)))[0][:, :free]
@@ -82,6 +82,7 @@ def test_a_held_node_keeps_its_motions_and_forces() -> None:
     expected = (to.T @ before @ to)[np.ix_(kept, kept)]
     np.testing.assert_allclose(matrix(sizes, parts[0], parts[1]), expected, atol=1e-12)
     index = second_variation.index(*flat, sizes, 0.3, 7)
-    lent = np.concatenate([parts[2][i, : sizes[i]] for i in range(N + 1)])
+    lent = np.concatenate([np.append(np.full(sizes[i] - 6, own[i]), np.zeros(6)) for i in range(N + 1)])
+    np.testing.assert_allclose(np.concatenate([parts[2][i, : sizes[i]] for i in range(N + 1)]), lent)
     values = np.linalg.eigvalsh(expected + 0.3 * np.diag(lent))
     assert index == np.count_nonzero(values < 0.0) - 7

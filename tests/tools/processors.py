@@ -101,7 +101,7 @@ def tried(processor: Processor, ours: dict[str, Any]) -> list[str]:
     """Return what went wrong on another processor: answers that differ, tests that fail."""
     environment = processor.environment | {"DARBOUX_JIT": "1", "DARBOUX_CACHE": str(KEPT / processor.name)}
     wrong = differences(ours, answered(environment))
-    files = [f"tests/test_{name}.py" for name in TESTS.split()]
+    files = [*(f"tests/test_{name}.py" for name in TESTS.split()), "tests/frozen"]
     tests = in_process(environment, "pytest", "-q", "-p", "no:cacheprovider", *files)
     return wrong if tests.returncode == 0 else [*wrong, tests.stdout]
 

@@ -24,14 +24,12 @@ ROUNDING = 1e-12  # of a piece's compliance
 
 
 @inline
-def _to_rotation_vectors(T: Array, at: int, m0: Array, m1: Array, k: int) -> None:
-    """Replace dm by dm + 1/2 m x theta, the force that a rotation vector works on, at the end of a piece and at its start."""
-    end, start = vector(m1, k), vector(m0, k)
-    for j in range(BLOCK):
-        theta = (T[at + 3 * BLOCK + j], T[at + 4 * BLOCK + j], T[at + 5 * BLOCK + j])
-        more = cross(end, theta)
-        for a in range(3):
-            T[at + (9 + a) * BLOCK + j] += 0.5 * more[a]
+def _from_rotation_vectors(T: Array, at: int, m: Array, k: int) -> None:
+    """Replace dm by dm + 1/2 m x theta, the force that a rotation vector works on, at the start of a piece.
+
+    At its end that would add to S what is antisymmetric.
+    """
+    start = vector(m, k)
     for row in range(BLOCK):
         first = at + row * BLOCK
         more = cross(vector(T, first + 9), start)  # a row times [m x] is the row x m
@@ -114,13 +112,11 @@ def _positive(G: Array, h: float, work: Array, size: NDArray[np.int64]) -> int:
 
 
 @jit
-def assemble(
-    T: Array, x: Array, m0: Array, m1: Array, diagonal: Array, below: Array, weights: Array
-) -> tuple[int, float]:
+def assemble(T: Array, x: Array, m: Array, diagonal: Array, below: Array, weights: Array) -> tuple[int, float]:
     """Write the sum of (1) over the pieces, of nodes that nothing holds; return how many forces count, and the softest piece.
 
-    T (N x 144,) the transfers of (dr, theta, dn, dm), which are changed; x (N + 1,) the nodes; m0, m1 (N x 3,) the moments at the
-    starts and the ends. Out, all zero on entry: diagonal (N + 1 x 144,), of the displacements and the forces at a node; below
+    T (N x 144,) the transfers of (dr, theta, dn, dm), which are changed; x (N + 1,) the nodes; m (N x 3,) the moments at the
+    starts. Out, all zero on entry: diagonal (N + 1 x 144,), of the displacements and the forces at a node; below
     (N x 144,); weights (N + 1 x 12,) the lengths that belong to a node's displacements. A negative eigenvalue belongs to each
     force whose compliance is positive; the softest piece is that of the largest compliance of bending and twist over h, or 1.
     """
@@ -129,7 +125,7 @@ def assemble(
     of_forces, softest = 0, 1.0
     for i in range(x.size - 1):
         at, h = i * SQUARE, x[i + 1] - x[i]
-        _to_rotation_vectors(T, at, m0, m1, 3 * i)
+        _from_rotation_vectors(T, at, m, 3 * i)
         for a in range(HALF):
             for b in range(HALF):
                 A[a * HALF + b] = T[at + a * BLOCK + b]

@@ -149,10 +149,9 @@ def second_variation(
     them; ``largest_force`` the largest inner force.
     """
     N = len(x) - 1
-    m0, m1 = (np.ascontiguousarray(m).ravel() for m in moments)
     diagonal, below, weights = np.zeros((N + 1, BLOCK, BLOCK)), np.zeros((N, BLOCK, BLOCK)), np.zeros((N + 1, BLOCK))
     flat = diagonal.ravel(), below.ravel(), weights.ravel()
-    of_forces, softest = kernel.assemble(transfer.ravel(), x, m0, m1, *flat)
+    of_forces, softest = kernel.assemble(transfer.ravel(), x, np.ascontiguousarray(moments[0]).ravel(), *flat)
     sizes = np.full(N + 1, BLOCK)
     for i, hold in held.items():
         kernel.hold(i, hold.motions.ravel(), hold.free, hold.stiffness.ravel(), *flat)
