@@ -27,6 +27,7 @@ paper: $(KERNELS) ## every figure and number of the paper, into paper-figures/ (
 	$(BIN)/darboux paper $(ARGS)
 
 test: export MPLBACKEND = Agg
+test: export OPENBLAS_NUM_THREADS = 1
 test: $(DEV) $(KERNELS) ## the tests (ARGS="-k elastica" for some)
 	$(BIN)/python -m pytest $(ARGS)
 

@@ -6,7 +6,6 @@ DARBOUX_FUZZ=2000 (`make fuzz`) tries a quarter as many, drawn anew each time; t
 from __future__ import annotations
 
 import os
-import time
 from collections import Counter
 from typing import Any
 
@@ -19,7 +18,7 @@ from darboux.statics.discrete_chain import nodes_along
 from tests.strategies import motions
 
 EXAMPLES = int(os.environ.get("DARBOUX_FUZZ", "0")) // 4
-LONGEST = 60.0  # s of the processor
+MOST_STEPS = 100_000  # of the thirty the longest takes 6,400
 RECORDS = 7
 
 
@@ -67,7 +66,6 @@ def check_free_flight(run: dx.Trajectory) -> None:
 
 def check(motion: dx.Motion, method: Any) -> str:
     """Follow a motion, check what came of it, and return how it ended."""
-    began = time.process_time()
     try:
         run = dx.simulate(motion, method, records=RECORDS, throw=False)
     except dx.InvalidInput as refusal:
@@ -76,7 +74,7 @@ def check(motion: dx.Motion, method: Any) -> str:
         if motion.initial != "equilibrium":
             raise
         return "no equilibrium"
-    assert time.process_time() - began < LONGEST
+    assert run.statistics["steps"] < MOST_STEPS
     for part in (run.positions, run.velocities, run.directors, run.spins, run.momentum, run.energy.balance):
         assert np.all(np.isfinite(part))
     assert str(run)

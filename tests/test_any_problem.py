@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import time
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ import darboux as dx
 from tests.strategies import problems
 
 EXAMPLES = int(os.environ.get("DARBOUX_FUZZ", "0"))
-LONGEST = 60.0  # s of the processor: a solve takes some hundredths, one that gives up at full length some seconds
+MOST_ITERATIONS = 50_000  # a solve takes some tens, one that gives up at full length some thousands
 CODES = {"converged", "no_convergence", "folded"}
 GROWTH = 1e-3
 SIZES = {"Gravity": "g", "LineForce": "force", "Foundation": "stiffness", "EndForce": "force", "PointForce": "force"}
@@ -63,13 +62,12 @@ def check_energy(solution: dx.EquilibriumSolution) -> None:
 )
 @given(problem=problems())
 def test_any_problem_is_solved_or_said_why_not(problem: dx.Equilibrium) -> None:
-    began = time.process_time()
     try:
         solution = dx.solve(problem, throw=False)
     except dx.InvalidInput:
         return
     assert solution.status.code in CODES
-    assert time.process_time() - began < LONGEST
+    assert solution.statistics["newton_iterations"] < MOST_ITERATIONS
     assert np.all(np.isfinite(solution.curve.y))
     assert str(solution)
     if solution.converged:
