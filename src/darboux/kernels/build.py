@@ -13,6 +13,7 @@ import importlib
 import os
 import subprocess
 import sys
+import sysconfig
 import time
 import typing
 import warnings
@@ -31,8 +32,9 @@ NUMBA = {"int": "int64", "float": "float64", "bool": "boolean"}
 
 @functools.cache
 def has_compiler() -> bool:
-    """Whether numba and a compiler for C and C++ are at hand, and nobody said DARBOUX_JIT=1."""
-    if os.environ.get("DARBOUX_JIT", "0") not in ("", "0"):
+    """Whether numba, a compiler for C and C++ and Python's headers are at hand, and nobody said DARBOUX_JIT=1."""
+    headers = Path(sysconfig.get_path("include"), "Python.h")
+    if os.environ.get("DARBOUX_JIT", "0") not in ("", "0") or not headers.exists():
         return False
     try:
         from numba.pycc.platform import external_compiler_works
