@@ -59,31 +59,7 @@ def test_order_2_under_a_support_at_the_start(name: str) -> None:
     assert all(1.8 < order < 2.2 for order in found.values()), f"order {found}, declared 2"
 
 
-LOADS = {
-    "gravity": dx.Gravity((1, 0.5, -2)),
-    "line force": dx.LineForce((2, 1, -1)),
-    "line force, follower": dx.LineForce((2, 1, -1), frame="section"),
-    "line couple": dx.LineCouple((0.5, 1, 0.4)),
-    "line couple, follower": dx.LineCouple((0.5, 1, 0.4), frame="section"),
-    "force of the shape": dx.LineForce(lambda s, r, R: -2.0 * r + R[:, :, 0] * s[:, None]),
-    "couple of the shape": dx.LineCouple(lambda s, r, R: 0.9 * np.cross(R[:, :, 2], r + 0.3)),
-    "foundation": dx.Foundation(30.0, direction=(0.1, 0, 1)),
-    "buoyancy": dx.Buoyancy(density=3.0, area=1.0, g=(0, 1, -1)),
-    "point force": dx.PointForce((2, 1, -1), at=0.37),
-    "point force, follower": dx.PointForce((2, 1, -1), at=0.37, follower=True),
-    "point force off the centre": dx.PointForce((2, 1, -1), at=0.37, offset=(0.2, -0.1, 0.15)),
-    "point force off the centre that turns": dx.PointForce(
-        (0.5, 0.3, -0.3), at=0.37, follower=True, offset=(0.2, -0.1, 0.15)
-    ),
-    "point moment": dx.PointMoment((0.5, 1, 0.3), at=0.37),
-    "point moment, follower": dx.PointMoment((0.5, 1, 0.3), at=0.37, follower=True),
-    "end force off the centre": dx.EndForce((1, 1, -1), offset=(0.2, -0.1, 0.3)),
-    "end force, follower": dx.EndForce((1, 1, -1), follower=True),
-    "end moment": dx.EndMoment((1, 0.5, 0.6)),
-    "end moment, follower": dx.EndMoment((1, 0.5, 0.6), follower=True),
-    "rotation": dx.Rotation((0.3, 2, 1)),
-    "electric field": dx.ElectricField((1, 2, 0), lambda s: 1.0 + s),
-}
+LOADS = cases.LOADS | {"end force off the centre": dx.EndForce((1, 1, -1), offset=(0.2, -0.1, 0.3))}
 
 
 @pytest.mark.parametrize("name", LOADS)

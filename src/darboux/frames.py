@@ -108,16 +108,6 @@ def rotation_vector(R: Array) -> Array:
     return np.asarray(q[1:] * (2.0 * np.arctan2(sine, q[0]) / sine if sine > 1e-9 else 2.0))
 
 
-def accumulated(turns: Array) -> Array:
-    """Return 1, q_1, q_1 q_2, ... for the turns q (n, 4): (n + 1, 4), by doubling."""
-    q = np.concatenate([[[1.0, 0.0, 0.0, 0.0]], turns])
-    step = 1
-    while step < len(q):
-        q[step:] = product(q[:-step], q[step:])
-        step *= 2
-    return q
-
-
 def between(q0: Array, q1: Array, part: float) -> Array:
     """Return the unit quaternion at ``part`` of the shortest way from q0 (4,) to q1 (4,)."""
     cosine = float(q0 @ q1)

@@ -13,7 +13,6 @@ from tests import cases
 from tests.catalogue.problems import CATALOGUE
 
 UP = (0.0, 0.0, 1.0)
-OFFSET = (0.2, -0.1, 0.15)
 UNIT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.75, mass=1.0))
 FLAT = dx.Rod(1.0, dx.Stiffness(EI1=1.4, EI2=1.0, GJ=0.75, mass=1.0))
 BENT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.4, GJ=0.75, EA=30.0, mass=1.0), natural=(0.3, 0.2, 0.4))
@@ -84,33 +83,8 @@ def _supports() -> list[Frozen]:
     return found
 
 
-LOADS = {
-    "gravity": dx.Gravity((1, 0.5, -2)),
-    "line force": dx.LineForce((2, 1, -1)),
-    "line force, follower": dx.LineForce((2, 1, -1), frame="section"),
-    "line couple": dx.LineCouple((0.5, 1, 0.4)),
-    "line couple, follower": dx.LineCouple((0.5, 1, 0.4), frame="section"),
-    "force of the shape": dx.LineForce(lambda s, r, R: -2.0 * r + R[:, :, 0] * s[:, None]),
-    "couple of the shape": dx.LineCouple(lambda s, r, R: 0.9 * np.cross(R[:, :, 2], r + 0.3)),
-    "foundation": dx.Foundation(30.0, direction=(0.1, 0, 1)),
-    "buoyancy": dx.Buoyancy(density=3.0, area=1.0, g=(0, 1, -1)),
-    "point force": dx.PointForce((2, 1, -1), at=0.37),
-    "point force, follower": dx.PointForce((2, 1, -1), at=0.37, follower=True),
-    "point force off the centre": dx.PointForce((2, 1, -1), at=0.37, offset=OFFSET),
-    "point force off the centre that turns": dx.PointForce((0.5, 0.3, -0.3), at=0.37, follower=True, offset=OFFSET),
-    "point moment": dx.PointMoment((0.5, 1, 0.3), at=0.37),
-    "point moment, follower": dx.PointMoment((0.5, 1, 0.3), at=0.37, follower=True),
-    "end force off the centre": dx.EndForce((1, 1, -1), offset=OFFSET),
-    "end force, follower": dx.EndForce((1, 1, -1), follower=True),
-    "end moment": dx.EndMoment((1, 0.5, 0.6)),
-    "end moment, follower": dx.EndMoment((1, 0.5, 0.6), follower=True),
-    "rotation": dx.Rotation((0.3, 2, 1)),
-    "electric field": dx.ElectricField((1, 2, 0), lambda s: 1.0 + s),
-}
-
-
 def _loads() -> list[Frozen]:
-    return [Frozen(f"load: {name}", dx.Equilibrium(BENT, loads=[load])) for name, load in LOADS.items()]
+    return [Frozen(f"load: {name}", dx.Equilibrium(BENT, loads=[load])) for name, load in cases.LOADS.items()]
 
 
 def _coupled(seed: int) -> dx.StiffnessMatrix:

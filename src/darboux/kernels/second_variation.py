@@ -166,43 +166,33 @@ def hold(
     for a in range(HALF):
         for b in range(HALF):
             D[a * BLOCK + b] += stiffness[a * HALF + b]
-    row = np.empty(BLOCK)
-    _from_the_right(D, motions, count, row)
-    _from_the_left(D, motions, count, row)
+    line = np.empty(BLOCK)
+    _to_motions(D, BLOCK, 1, motions, count, line)
+    _to_motions(D, 1, BLOCK, motions, count, line)
     for k in range(count, HALF):
         weights[node * BLOCK + k] = 0.0
     if node > 0:
-        _from_the_left(below[(node - 1) * SQUARE : node * SQUARE], motions, count, row)
+        _to_motions(below[(node - 1) * SQUARE : node * SQUARE], 1, BLOCK, motions, count, line)
     if (node + 1) * SQUARE <= below.size:
-        _from_the_right(below[node * SQUARE : (node + 1) * SQUARE], motions, count, row)
+        _to_motions(below[node * SQUARE : (node + 1) * SQUARE], BLOCK, 1, motions, count, line)
 
 
 @inline
-def _from_the_right(D: Array, motions: Array, count: int, row: Array) -> None:
-    """D to, with `to` from the motions and the forces to the displacements and the forces."""
+def _to_motions(D: Array, across: int, along: int, motions: Array, count: int, line: Array) -> None:
+    """Replace D by D C, row by row (across BLOCK, along 1), or by C^T D, column by column (across 1, along BLOCK).
+
+    C leads from the free motions and the forces of a node to its displacements and forces.
+    """
     for i in range(BLOCK):
+        first = i * across
         for k in range(BLOCK):
-            row[k] = D[i * BLOCK + k]
-            D[i * BLOCK + k] = 0.0
+            line[k] = D[first + k * along]
+            D[first + k * along] = 0.0
         for k in range(count):
             for a in range(HALF):
-                D[i * BLOCK + k] += row[a] * motions[a * HALF + k]
+                D[first + k * along] += line[a] * motions[a * HALF + k]
         for a in range(HALF):
-            D[i * BLOCK + count + a] = row[HALF + a]
-
-
-@inline
-def _from_the_left(D: Array, motions: Array, count: int, row: Array) -> None:
-    """The same for the rows: to^T D."""
-    for j in range(BLOCK):
-        for k in range(BLOCK):
-            row[k] = D[k * BLOCK + j]
-            D[k * BLOCK + j] = 0.0
-        for k in range(count):
-            for a in range(HALF):
-                D[k * BLOCK + j] += motions[a * HALF + k] * row[a]
-        for a in range(HALF):
-            D[(count + a) * BLOCK + j] = row[HALF + a]
+            D[first + (count + a) * along] = line[HALF + a]
 
 
 @jit

@@ -122,6 +122,7 @@ class Equations:
             (s / problem.rod.length, EndConditions(support, load, 1.0, self.scale))
             for s, (support, load) in problem.stations.items()
         ]
+        self.conditions = [self.start, *(conditions for _, conditions in self.stations), self.end]
         held_twice, sags = len(problem.supports) > 1, shape is not None and shape.sags
         self.slack = self.table.lent(SLACK, problem) if held_twice and not sags else 0.0
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
@@ -276,8 +277,7 @@ class Equations:
 
     def _supports(self, load_factor: float) -> Array:
         """Return the numbers of what holds the start, the stations and the end."""
-        conditions = [self.start, *(c for _, c in self.stations), self.end]
-        return np.concatenate([c.numbers(load_factor) for c in conditions])
+        return np.concatenate([c.numbers(load_factor) for c in self.conditions])
 
     def _work(self, mesh: Mesh) -> Work:
         N = len(mesh.x) - 1
@@ -354,8 +354,7 @@ class Equations:
         collocation.transfers(system, T.ravel())
         places = [0, *(int(i) - k for k, i in enumerate(mesh.joints)), mesh.elements]  # a joint is one node here
         nodes = [0, *mesh.joints, -1]
-        conditions = [self.start, *(c for _, c in self.stations), self.end]
-        held = {i: c.held(mesh.y[k], load_factor) for i, k, c in zip(places, nodes, conditions, strict=True)}
+        held = {i: c.held(mesh.y[k], load_factor) for i, k, c in zip(places, nodes, self.conditions, strict=True)}
         moments = mesh.y[:-1, MOMENT:][mesh.wide], mesh.y[1:, MOMENT:][mesh.wide]
         return stability.second_variation(T, np.unique(mesh.x), moments, held, force)
 
