@@ -134,7 +134,9 @@ def _shape(text: str, kind: str) -> str:
     """Return the expression that an array is contiguous: the quicker one, true of nearly all, where one is enough."""
     many = kind.count(":") - 1
     size = TYPES[kind.partition("[")[0]].itemsize
-    return f"{text}.strides == ({size},)" if many == 1 else f"{text}.ndim == {many} and {text}.flags.c_contiguous"
+    if many > 1:
+        return f"{text}.ndim == {many} and {text}.flags.c_contiguous"
+    return f"({text}.strides == ({size},) or {text}.shape == (0,))"  # an empty array may have any stride
 
 
 def _refuse(hints: dict[str, Any], *arguments: Any) -> None:
