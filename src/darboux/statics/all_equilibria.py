@@ -128,7 +128,7 @@ class _Search:
         return None
 
     def _answer(self, mesh: Mesh) -> EquilibriumSolution | None:
-        answer = refined(self.equations, mesh, self.method.rtol)
+        answer = refined(self.equations, mesh, self.method.rtol, self.method.stages)
         if answer is None or self.equations.flattest(answer[0]) <= 0.0:
             return None
         index = self.equations.index(answer[0], 1.0)

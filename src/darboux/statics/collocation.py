@@ -20,7 +20,7 @@ from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import first_shape, hanging_chain, limits, load_path, pendulum
 from darboux.statics.coefficients import Scale, elastic_parts
-from darboux.statics.collocation_equations import MOST_ELEMENTS, Equations, State
+from darboux.statics.collocation_equations import MOST_ELEMENTS, PATH_STAGES, Equations, State
 from darboux.statics.collocation_refinement import refined
 from darboux.statics.first_shape import FirstShape
 from darboux.statics.mesh import Mesh
@@ -122,8 +122,8 @@ class Collocation:
 
     def _next_to(self, problem: Equilibrium, start: EquilibriumSolution) -> _Found | None:
         """Return the equilibrium that Newton's method reaches from another solution, or None where it does not contract."""
-        equations = Equations(problem, self.stages)
-        answer = refined(equations, equations.mesh_of(start), self.rtol, self.elements, first=True)
+        equations = Equations(problem, PATH_STAGES)
+        answer = refined(equations, equations.mesh_of(start), self.rtol, self.stages, self.elements, first=True)
         if answer is None:
             return None
         path = load_path.Path(State(answer[0], 1.0), 1.0, index=equations.index(answer[0], 1.0))
@@ -144,7 +144,7 @@ class Collocation:
 
     def _followed_from(self, problem: Equilibrium, shape: FirstShape | None, origin: str) -> _Found:
         """Return where the path ends that begins with a shape (None: the rod's own), called ``origin`` in words."""
-        equations = Equations(problem, self.stages, shape)
+        equations = Equations(problem, PATH_STAGES, shape)
         if shape is not None and shape.sags:
             path = load_path.followed_as_cable(equations, equations.unloaded())
         else:
@@ -180,7 +180,7 @@ class Collocation:
             elif equations.slack and not problem.rod.stretch and path.load_factor > ALMOST and code != "folded":
                 code, message = "no_convergence", limits.TAUT
             return _Found(equations, Status(code, message), mesh, ErrorEstimate(), path)
-        answer = refined(equations, mesh, self.rtol, self.elements)
+        answer = refined(equations, mesh, self.rtol, self.stages, self.elements)
         if answer is None:
             message = (
                 f"Newton's method did not settle at rtol = {self.rtol:g}, but on the coarse mesh. Ask "
@@ -200,7 +200,7 @@ class Collocation:
                 return None
             curve = equations.curve(equations.ended.state.mesh, equations.ended.load_factor)
             iterations = equations.iterations
-            equations = Equations(problem, self.stages, first_shape.given(problem, equations.scale, curve))
+            equations = Equations(problem, PATH_STAGES, first_shape.given(problem, equations.scale, curve))
             equations.iterations = iterations
             path = load_path.follow(equations, equations.unloaded(), until_unstable=True)
             equations.ended = path

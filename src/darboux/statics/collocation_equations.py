@@ -40,11 +40,13 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+PATH_STAGES = 2  # on the way only the branch matters
+ANSWER = 1.5  # elements for an answer to 1e-9, over the sum of what the elements on the way leave out, each to the power of 1/3
 FIRST_ELEMENTS = 12
 FEWEST_ELEMENTS = 8
 LARGEST_NATURAL_TURN = 1.5  # rad of an unloaded rod's frame over an element of the first mesh
-PATH_TOLERANCE = 1e-6  # of what Newton's method leaves over on the way: the branch must be kept, not measured
-PATH_ROUGHNESS = 2e-3  # of the polynomials on the way; where they leave out more the mesh is laid anew
+PATH_TOLERANCE = 1e-4  # of what Newton's method leaves over on the way: the branch must be kept, not measured
+PATH_ROUGHNESS = 0.02  # of the polynomials on the way; where they leave out more the mesh is laid anew
 MOST_ELEMENTS = 20_000
 SLACK = 1e-3  # compliance of stretch lent on the way to a rod held at both ends that has less: a stiff one meets all its buckling
 # loads at once
@@ -273,7 +275,7 @@ class Equations:
         shaped = self._shaped(mesh) if self.problem.of_shape or self.disturbance else NOTHING
         table, relaxing = self._data(load_factor, compliance)
         states = (mesh.x, mesh.y.ravel(), mesh.Y.ravel())
-        return System(self.stages, *states, table, relaxing, shaped, float(load_factor), -self.slack)
+        return System(mesh.stages, *states, table, relaxing, shaped, float(load_factor), -self.slack)
 
     def _supports(self, load_factor: float) -> Array:
         """Return the numbers of what holds the start, the stations and the end."""
@@ -290,7 +292,7 @@ class Equations:
 
     def _shaped(self, mesh: Mesh) -> Array:
         """Return the loads that are functions of the shape, and the disturbance, at the stages: flat."""
-        points = stage_points(mesh.x, self.stages).ravel()
+        points = stage_points(mesh.x, mesh.stages).ravel()
         result = self._loads_of_shape(points, mesh.Y.reshape(-1, STATES))
         for mode in self.disturbances if self.disturbance else ():
             result[:, :3] += self.disturbance * mode(points)
@@ -394,8 +396,13 @@ class Equations:
 
     def elements_for(self, mesh: Mesh) -> int:
         """Return how many elements would leave out little enough on the way."""
-        wanted = (mesh.roughness(self.breaks) / (0.1 * PATH_ROUGHNESS)) ** (1.0 / (self.stages + 1))
+        wanted = (mesh.roughness(self.breaks) / (0.1 * PATH_ROUGHNESS)) ** (1.0 / (mesh.stages + 1))
         return max(FEWEST_ELEMENTS, int(np.sum(wanted)) + 1)
+
+    def elements_for_answer(self, mesh: Mesh, stages: int, rtol: float) -> int:
+        """Return with how many elements of so many stages an answer is likely to be good enough, before they are halved."""
+        wanted = np.sum(mesh.roughness(self.breaks) ** (1.0 / (mesh.stages + 1)))
+        return max(FEWEST_ELEMENTS, int(np.ceil(ANSWER * (1e-9 / rtol) ** (0.5 / stages) * wanted)))
 
     # -- past a bifurcation ----------------------------------------------------------------------------------------
 

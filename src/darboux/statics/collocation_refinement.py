@@ -20,17 +20,17 @@ ROUNDING = 2e-14  # no error below this is claimed, relative
 
 
 def refined(
-    equations: Equations, mesh: Mesh, rtol: float, even: int | None = None, first: bool = False
+    equations: Equations, mesh: Mesh, rtol: float, stages: int, even: int | None = None, first: bool = False
 ) -> tuple[Mesh, ErrorEstimate] | None:
     """Return the answer and its estimated error: meshes laid anew until the error is small enough.
 
     With ``first`` the given mesh is tried before any other is laid.
     """
-    sharp, order = max(1e-3 * rtol, 1e-13), 2 * mesh.stages
+    sharp, order = max(1e-3 * rtol, 1e-13), 2 * stages
     rough = sharp if even else max(0.1 * rtol, sharp)  # of the coarse mesh: divided by 2^order it is sharp enough
-    elements = even or min(mesh.elements, equations.elements_for(mesh))
+    elements = even or equations.elements_for_answer(mesh, stages, rtol)
     for attempt in range(MOST_MESHES):
-        guess = mesh if first and attempt == 0 else _laid_anew(equations, mesh, elements, even)
+        guess = mesh if first and attempt == 0 else _laid_anew(equations, mesh, elements, stages, even)
         coarse = equations.newton(guess, 1.0, rough, most=20)
         fine = None if coarse is None else equations.newton(coarse[0].halved(), 1.0, sharp, most=12)
         if coarse is None or fine is None:
@@ -45,11 +45,11 @@ def refined(
     return None
 
 
-def _laid_anew(equations: Equations, mesh: Mesh, elements: int, even: int | None) -> Mesh:
+def _laid_anew(equations: Equations, mesh: Mesh, elements: int, stages: int, even: int | None) -> Mesh:
     if not even:
-        return mesh.redistributed(elements, equations.breaks)
+        return mesh.redistributed(elements, equations.breaks, stages)
     x = np.unique(np.concatenate([np.linspace(0.0, 1.0, even + 1), equations.breaks]))
-    return mesh.laid(np.sort(np.concatenate([x, mesh.x[mesh.joints]])))
+    return mesh.laid(np.sort(np.concatenate([x, mesh.x[mesh.joints]])), stages)
 
 
 def _dense(equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: float) -> tuple[Mesh, Mesh]:

@@ -92,11 +92,11 @@ class Mesh:
         kernel.roughness(self.x, self.y.ravel(), self.Y.ravel(), breaks, weights, units(self.y), result)
         return result
 
-    def redistributed(self, elements: int, breaks: Array) -> Mesh:
+    def redistributed(self, elements: int, breaks: Array, stages: int | None = None) -> Mesh:
         """Return the solution on about so many elements, laid so that each leaves out as much as any other."""
         wanted = self.roughness(breaks) ** (1.0 / (self.stages + 1))
         x = better_nodes(np.unique(self.x), wanted, elements, breaks)
-        return self.laid(np.sort(np.concatenate([x, self.x[self.joints]])))
+        return self.laid(np.sort(np.concatenate([x, self.x[self.joints]])), stages)
 
 
 def better_nodes(x: Array, wanted: Array, elements: int, breaks: Array) -> Array:
