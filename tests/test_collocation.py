@@ -80,7 +80,7 @@ SETTLED = 1e-12  # below it steps are rounding
 def newtons_steps(part: float = 1.0) -> list[float]:
     """The sizes of Newton's steps to half the loads of everything, of which only a part is taken."""
     equations = Equations(everything(), stages=4)
-    mesh, sizes = equations.unloaded().mesh, []
+    mesh, sizes = equations.unloaded(), []
     for _ in range(7):
         step = equations.newton_step(mesh, 0.5)
         sizes.append(step.length)
@@ -114,7 +114,7 @@ def test_the_tangent_is_the_derivative_by_the_load() -> None:
     )
     for problem in (everything(), posed):
         equations = Equations(problem, stages=4)
-        mesh = equations.unloaded().mesh
+        mesh = equations.unloaded()
         for i in range(10):
             step = equations.newton_step(mesh, 0.03 * i)
             mesh = equations.moved(mesh, 0.03 * i, 0.03 * step.tangent, 0.03)

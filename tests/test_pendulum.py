@@ -160,7 +160,7 @@ def test_a_shape_that_the_solver_found_is_never_too_rough() -> None:
     problem = dx.Equilibrium(BENT, dx.Pinned(), loads=[dx.Gravity(X)])
     scale = Scale.of(problem)
     equations = Equations(problem, 4)
-    own = equations.curve(equations.unloaded().mesh, 0.0)
+    own = equations.curve(equations.unloaded(), 0.0)
     lent = Equations(problem, 4, first_shape.given(problem, scale, own)).relaxing
     assert np.max(np.abs(lent[:, 0])) < 1e-8
     points = np.cumsum(np.random.default_rng(0).normal(size=(300, 3)), axis=0)

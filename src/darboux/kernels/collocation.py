@@ -33,18 +33,13 @@ from numpy.typing import NDArray
 from darboux.kernels.algebra import (
     add_multiple,
     add_row_times,
-    column,
-    cross,
     dot,
     half_product,
-    minus,
-    plus,
     put,
     put_quaternion,
     quaternion,
     rotate,
     rotation,
-    scaled,
     times,
     turn,
     vector,
@@ -52,10 +47,8 @@ from darboux.kernels.algebra import (
 from darboux.kernels.jit import inline, jit
 from darboux.kernels.profile import Profile, columns, evaluate
 from darboux.kernels.rod_equations import (
-    DEAD_FORCE,
     DEAD_MOMENT,
     FOLLOWER_FORCE,
-    FOLLOWER_MOMENT,
     FORCE,
     FORCE_GRADIENT,
     K0,
@@ -68,6 +61,7 @@ from darboux.kernels.rod_equations import (
     WIDTH,
     write_derivative,
     write_jacobian,
+    write_rate,
 )
 from darboux.kernels.support import NUMBERS, conditions, joint
 
@@ -109,11 +103,10 @@ class System(NamedTuple):
     x: Array  # (N + 1,), the nodes
     y: Array  # (N + 1, 13), the states there
     Y: Array  # (N, stages, 13), those at Gauss' points
-    table: Profile  # the coefficients of the rod equations at load factor 1
-    relaxing: Profile  # the derivative of k0 by the load factor, of 3 columns, or none
+    table: Profile  # the coefficients of the rod equations at this load factor
+    rate: Profile  # their derivatives by the load factor, in the same pieces
     shaped: Array  # (N, stages, SHAPED), the loads that are functions of the shape, or none
     load_factor: float
-    yielding: float  # the derivative of the compliance of stretch by the load factor
 
 
 class Plan(NamedTuple):
@@ -134,7 +127,7 @@ class Plan(NamedTuple):
     F: Array  # the slope of one part at one stage, in such rows
     J: Array  # the Jacobians at the stages
     g: Array  # the slopes at the stages, each followed by its derivative by the load factor
-    c: Array  # the coefficients
+    c: Array  # the coefficients, and behind them their rates
     piece: NDArray[np.int64]  # the piece of the table that was found last (1,)
 
 
@@ -181,23 +174,8 @@ def _planned(system: System, sides: int) -> Plan:
     unknowns = (STATES - explicit) * count
     width = unknowns + sides
     X, F, J = np.empty(STATES * (count + 1) * width), np.empty(4 * width), np.zeros(count * STATES * STATES)
-    g, c = np.empty(count * SIDES * STATES), np.empty(columns(table))
+    g, c = np.empty(count * SIDES * STATES), np.empty(2 * columns(table))
     return Plan(count, order, before, links, explicit, unknowns, width, X, F, J, g, c, np.zeros(1, np.int64))
-
-
-@inline
-def _write_by_load_factor(y: Array, i: int, c: Array, yielding: float, dy: Array, j: int) -> None:
-    """The derivative of y' with respect to the load factor, from the coefficients at load factor 1."""
-    r = vector(y, i + POSITION)
-    frame, n = rotation(quaternion(y, i + ROTATION)), vector(y, i + FORCE)
-    f = plus(plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)), rotate(frame, vector(c, FOLLOWER_FORCE)))
-    l = plus(vector(c, DEAD_MOMENT), rotate(frame, vector(c, FOLLOWER_MOMENT)))
-    d3 = column(frame, 2)
-    dr = scaled(yielding * dot(n, d3), d3)
-    put(dy, j + POSITION, 1, dr)
-    put_quaternion(dy, j + ROTATION, 1, (0.0, 0.0, 0.0, 0.0))
-    put(dy, j + FORCE, 1, scaled(-1.0, f))
-    put(dy, j + MOMENT, 1, minus(cross(n, dr), l))
 
 
 @inline
@@ -223,7 +201,8 @@ def _add_shaped(Y: Array, y: int, shaped: Array, k: int, load_factor: float, g: 
 @jit
 def _linearise(system: System, i: int, plan: Plan) -> None:
     """Write the slopes at the stages, their derivatives by the load factor, and their Jacobians."""
-    Y, table, c, g, piece = system.Y, system.table, plan.c, plan.g, plan.piece[0]
+    Y, table, g, piece = system.Y, system.table, plan.g, plan.piece[0]
+    c, rate = plan.c[: plan.c.size // 2], plan.c[plan.c.size // 2 :]
     h = system.x[i + 1] - system.x[i]
     for l in range(system.stages):
         y, j = (i * system.stages + l) * STATES, l * SIDES * STATES
@@ -232,17 +211,12 @@ def _linearise(system: System, i: int, plan: Plan) -> None:
         while piece < table.breaks.size - 2 and table.breaks[piece + 1] <= place:
             piece += 1
         evaluate(table, piece, place, c)
-        _write_by_load_factor(Y, y, c, system.yielding, g, j + STATES)
-        for k in range(DEAD_FORCE, WIDTH):
-            c[k] *= system.load_factor
+        evaluate(system.rate, piece, place, rate)
         write_derivative(Y, y, c, g, j, 1)
+        write_rate(Y, y, rate, g, j + STATES)
         write_jacobian(Y, y, c, J)
         if system.shaped.size > 0:
             _add_shaped(Y, y, system.shaped, (y // STATES) * SHAPED, system.load_factor, g, j, J)
-        if system.relaxing.coefficients.size > 0:
-            evaluate(system.relaxing, piece, place, c[:3])
-            dq = half_product(quaternion(Y, y + ROTATION), vector(c, 0))
-            put_quaternion(g, j + STATES + ROTATION, 1, dq)
     plan.piece[0] = piece
 
 

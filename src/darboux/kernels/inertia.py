@@ -32,36 +32,41 @@ def _swap(F: Array, n: int, i: int, j: int) -> None:
         F[k * FRONT + i], F[k * FRONT + j] = F[k * FRONT + j], F[k * FRONT + i]
 
 
-@inline
-def _beside(F: Array, n: int, i: int, j: int) -> float:
-    """The largest entry of row i outside the columns i and j."""
-    largest = 0.0
-    for k in range(n):
-        if k != i and k != j:
-            largest = max(largest, abs(F[i * FRONT + k]))
-    return largest
-
-
 @jit
-def _pivot(F: Array, first: int, n: int) -> tuple[int, int, float]:
-    """Return the best pivot among the rows from `first` on, one row (i, i) or two, and its size over what stands beside it."""
+def _pivot(F: Array, first: int, n: int, beside: Array) -> tuple[int, int, float]:
+    """Return a pivot among the rows from `first` on, one row (i, i) or two, and its size over what stands beside it.
+
+    It is the first one that is large enough, or else the best. beside (FRONT x 3,) out: of each row the largest entry beside the
+    diagonal, where it stands, and the next one.
+    """
     best_i, best_j, best = first, first, -1.0
     for i in range(first, n):
-        size, beside = abs(F[i * FRONT + i]), _beside(F, n, i, i)
-        ratio = size / beside if beside > 0.0 else (np.inf if size > 0.0 else 0.0)
+        largest, at, second = 0.0, -1, 0.0
+        for k in range(n):
+            size = abs(F[i * FRONT + k]) if k != i else 0.0
+            if size > largest:
+                largest, at, second = size, k, largest
+            elif size > second:
+                second = size
+        beside[3 * i], beside[3 * i + 1], beside[3 * i + 2] = largest, at, second
+        size = abs(F[i * FRONT + i])
+        ratio = size / largest if largest > 0.0 else (np.inf if size > 0.0 else 0.0)
         if ratio > best:
             best_i, best_j, best = i, i, ratio
-    if best >= PIVOT:
-        return best_i, best_j, best
+        if best >= PIVOT:
+            return best_i, best_j, best
     for i in range(first, n):
         for j in range(first, i):
             a, b, c = F[i * FRONT + i], F[i * FRONT + j], F[j * FRONT + j]
-            x, y = _beside(F, n, i, j), _beside(F, n, j, i)
+            x = beside[3 * i + 2] if beside[3 * i + 1] == j else beside[3 * i]
+            y = beside[3 * j + 2] if beside[3 * j + 1] == i else beside[3 * j]
             growth = max(abs(c) * x + abs(b) * y, abs(b) * x + abs(a) * y)
             det = abs(a * c - b * b)
             ratio = det / growth if growth > 0.0 else (np.inf if det > 0.0 else 0.0)
             if ratio > best:
                 best_i, best_j, best = i, j, ratio
+            if best >= PIVOT:
+                return best_i, best_j, best
     return best_i, best_j, best
 
 
@@ -98,7 +103,7 @@ def negative_eigenvalues(diagonal: Array, below: Array, sizes: NDArray[np.int64]
     diagonal (N x 144,); below (N - 1 x 144,), each block's coupling with the one before it; sizes (N,) how many rows and columns
     of a block count.
     """
-    F, new = np.zeros(FRONT * FRONT), np.zeros(FRONT * FRONT)
+    F, new, beside = np.zeros(FRONT * FRONT), np.zeros(FRONT * FRONT), np.empty(3 * FRONT)
     negative, n = 0, sizes[0]
     for a in range(n):
         for b in range(n):
@@ -119,7 +124,7 @@ def negative_eigenvalues(diagonal: Array, below: Array, sizes: NDArray[np.int64]
         F, new = new, F
         n += ahead
         while n > ahead:
-            p, q, size = _pivot(F, ahead, n)
+            p, q, size = _pivot(F, ahead, n, beside)
             if size < PIVOT and ahead > 0 and n <= FRONT - BLOCK:
                 break
             _swap(F, n, p, n - 1)

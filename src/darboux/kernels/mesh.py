@@ -1,26 +1,62 @@
-"""Meshes of collocation: what their polynomials are between the nodes, and what they leave out."""
+"""Meshes of collocation: what their polynomials are between the nodes, what they leave out, and how a better mesh is laid.
+
+At a station the node stands twice, for the states before and behind it: an element of no width, a joint.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.jit import jit
-from darboux.kernels.rod_equations import STATES
+from darboux.kernels.collocation import FEWEST_STAGES, METHODS, MOST_STAGES, PER_METHOD
+from darboux.kernels.jit import inline, jit
+from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION, STATES
 
 Array = NDArray[np.float64]
 
+EVENNESS = 0.3  # this part of the elements is laid evenly, the rest where the solution asks for them
+STEEPEST = 3.0  # neighbouring elements differ at most by this factor in the density that is asked for
+
+# One row of numbers per method, by its stages: 0 and Gauss' points, then the weights 1 / prod (c_j - c_k) of the polynomials.
+PER_POLYNOMIAL = 2 * (MOST_STAGES + 1)
+POLYNOMIALS = np.zeros((MOST_STAGES + 1) * PER_POLYNOMIAL)
+for _stages in range(FEWEST_STAGES, MOST_STAGES + 1):
+    _c = np.append(0.0, METHODS[_stages * PER_METHOD : _stages * PER_METHOD + _stages])
+    _weights = [1.0 / np.prod(_c[j] - np.delete(_c, j)) for j in range(_stages + 1)]
+    POLYNOMIALS[_stages * PER_POLYNOMIAL : _stages * PER_POLYNOMIAL + 2 * (_stages + 1)] = np.append(_c, _weights)
+
+
+@inline
+def _points(stages: int) -> Array:
+    return POLYNOMIALS[stages * PER_POLYNOMIAL : stages * PER_POLYNOMIAL + stages + 1]
+
+
+@inline
+def _weights_of(stages: int) -> Array:
+    return POLYNOMIALS[stages * PER_POLYNOMIAL + stages + 1 : stages * PER_POLYNOMIAL + 2 * (stages + 1)]
+
 
 @jit
-def interpolate(x: Array, y: Array, Y: Array, c: Array, weights: Array, at: Array, out: Array) -> None:
+def units(y: Array, out: Array) -> None:
+    """Write by what the 13 states of the nodes y (N + 1, 13) are measured: r and q by 1, n and m by 1 + their own largest."""
+    force, moment = 0.0, 0.0
+    for i in range(0, y.size, STATES):
+        force = max(force, y[i + FORCE] ** 2 + y[i + FORCE + 1] ** 2 + y[i + FORCE + 2] ** 2)
+        moment = max(moment, y[i + MOMENT] ** 2 + y[i + MOMENT + 1] ** 2 + y[i + MOMENT + 2] ** 2)
+    out[:FORCE] = 1.0
+    out[FORCE:MOMENT] = 1.0 + np.sqrt(force)
+    out[MOMENT:] = 1.0 + np.sqrt(moment)
+
+
+@jit
+def interpolate(x: Array, y: Array, Y: Array, stages: int, at: Array, out: Array) -> None:
     """Write the states at places by the polynomials through the start and the stages of each element.
 
         sum_j w_j prod_(k != j) (t - c_k) Y_j,     t from 0 to 1 along the element
 
-    x (N + 1,) the nodes; y (N + 1, 13) flat; Y (N, stages, 13) flat; c and weights (stages + 1,), of 0 and Gauss' points; at (n,)
-    ascending; out (n, 13) flat.
+    x (N + 1,) the nodes; y (N + 1, 13) flat; Y (N, stages, 13) flat; at (n,) ascending; out (n, 13) flat.
     """
-    stages, i = c.size - 1, 0
+    c, weights, i = _points(stages), _weights_of(stages), 0
     for p in range(at.size):
         while i < x.size - 2 and (x[i + 1] <= at[p] or x[i + 1] == x[i]):
             i += 1
@@ -38,14 +74,15 @@ def interpolate(x: Array, y: Array, Y: Array, c: Array, weights: Array, at: Arra
 
 
 @jit
-def roughness(x: Array, y: Array, Y: Array, breaks: Array, weights: Array, units: Array, out: Array) -> None:
+def roughness(x: Array, y: Array, Y: Array, stages: int, breaks: Array, out: Array) -> None:
     """Write what the polynomials of each element leave out: h^(stages + 1) times the next derivative, the largest of all states.
 
     That is taken from the jumps of the highest derivatives at the nodes, but for those at breaks (n,), ascending. Arguments as for
-    `interpolate`; units (13,) of the states; out (elements with a width,).
+    `interpolate`; out (elements with a width,).
     """
-    stages, element = weights.size - 1, 0
-    highest, before = np.zeros(STATES), np.zeros(STATES)
+    weights, element = _weights_of(stages), 0
+    highest, before, unit = np.zeros(STATES), np.zeros(STATES), np.empty(STATES)
+    units(y, unit)
     last, next_break = 0.0, 0
     for i in range(x.size - 1):
         h = x[i + 1] - x[i]
@@ -58,7 +95,7 @@ def roughness(x: Array, y: Array, Y: Array, breaks: Array, weights: Array, units
             value = weights[0] * y[i * STATES + a]
             for j in range(stages):
                 value += weights[j + 1] * Y[(i * stages + j) * STATES + a]
-            highest[a] = value / (units[a] * h**stages)
+            highest[a] = value / (unit[a] * h**stages)
             jump = max(jump, abs(highest[a] - before[a]))
             before[a] = highest[a]
         jump /= 0.5 * (h + last)
@@ -82,3 +119,75 @@ def spread(density: Array, steepest: float) -> None:
         density[i] = max(density[i], density[i - 1] / steepest)
     for i in range(density.size - 2, -1, -1):
         density[i] = max(density[i], density[i + 1] / steepest)
+
+
+@inline
+def _read_off(measure: Array, x: Array, value: float, i: int) -> tuple[float, int]:
+    """Return the place where the ascending measure at the places x has a value, and the piece; i: one not behind it."""
+    while i < measure.size - 2 and measure[i + 1] < value:
+        i += 1
+    over = measure[i + 1] - measure[i]
+    part = (value - measure[i]) / over if over > 0.0 else 0.0
+    return x[i] + min(max(part, 0.0), 1.0) * (x[i + 1] - x[i]), i
+
+
+@jit
+def lay(x: Array, wanted: Array, elements: int, breaks: Array, nodes: Array) -> int:
+    """Write nodes so that the sum of `wanted` (per old element) is about the same on every new one; return how many they are.
+
+    x (N + 1,) the old nodes, each once; breaks (n,), ascending, become nodes; nodes (elements + 2 n + 2,) or more, out.
+    """
+    density, total = np.empty(wanted.size), np.sum(wanted)
+    for i in range(wanted.size):
+        density[i] = wanted[i] / ((x[i + 1] - x[i]) * total) if total > 0.0 else 1.0
+    spread(density, STEEPEST)
+    total = np.sum(density * np.diff(x))
+    measure = np.zeros(x.size)
+    for i in range(wanted.size):
+        measure[i + 1] = measure[i] + ((1.0 - EVENNESS) * density[i] / total + EVENNESS) * (x[i + 1] - x[i])
+    nodes[0] = x[0]
+    count, first, piece, old = 1, 0.0, 0, 0
+    for k in range(breaks.size + 1):
+        place = breaks[k] if k < breaks.size else x[-1]
+        while piece < x.size - 2 and x[piece + 1] < place:
+            piece += 1
+        part = (place - x[piece]) / (x[piece + 1] - x[piece])
+        last = measure[piece] + part * (measure[piece + 1] - measure[piece])
+        pieces = max(1, round((last - first) * elements))
+        for j in range(1, pieces):
+            nodes[count], old = _read_off(measure, x, first + (last - first) * j / pieces, old)
+            count += 1
+        nodes[count] = place
+        count, first = count + 1, last
+    return count
+
+
+@jit
+def lay_on(
+    x: Array, y: Array, Y: Array, stages: int, x_new: Array, y_new: Array, Y_new: Array, stages_new: int
+) -> None:
+    """Write the same solution on other nodes, as the guess of a new one: x_new (N_new + 1,) holds each station twice.
+
+    Ends and stations keep their states.
+    """
+    points = np.empty((x_new.size - 1) * stages_new)
+    for i in range(x_new.size - 1):
+        for j in range(stages_new):
+            points[i * stages_new + j] = x_new[i] + (x_new[i + 1] - x_new[i]) * METHODS[stages_new * PER_METHOD + j]
+    interpolate(x, y, Y, stages, x_new, y_new)
+    interpolate(x, y, Y, stages, points, Y_new)
+    for i in range(x_new.size):
+        square = 0.0
+        for a in range(i * STATES + ROTATION, i * STATES + FORCE):
+            square += y_new[a] ** 2
+        for a in range(i * STATES + ROTATION, i * STATES + FORCE):
+            y_new[a] /= np.sqrt(square)
+    last, last_new = y.size - STATES, y_new.size - STATES
+    y_new[:STATES], y_new[last_new:] = y[:STATES], y[last:]
+    i = 0
+    for k in range(x_new.size - 1):
+        if x_new[k + 1] == x_new[k]:
+            while x[i + 1] > x[i]:
+                i += 1
+            y_new[k * STATES : (k + 2) * STATES] = y[i * STATES : (i + 2) * STATES]
+            i += 1

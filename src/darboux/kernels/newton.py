@@ -1,7 +1,11 @@
 """Newton's method on a mesh: steps until they are small, or until they no longer contract.
 
-It returns to Python only where something is asked of it: a system that is almost singular, whose free motions singular values
-tell, and loads that are functions of the shape. Called again, it goes on.
+It returns to Python only where something is asked of it: loads that are functions of the shape. Called again, it goes on.
+
+Where the last equations are almost singular, singular values tell which motions are free, so that these are left alone: a rod
+that may turn about its axis, or about the line through its ends, or buckle in any plane. Such a motion has a singular value of
+rounding and nothing to do, which is the phase condition. Where the equations do ask for a step along it, as near a
+bifurcation, they get it.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ from numpy.typing import NDArray
 
 from darboux.kernels.collocation import FREE, SIDES, System, advance, back, measure, solve_last, sweep
 from darboux.kernels.jit import jit
+from darboux.kernels.singular_values import solve_by_singular_values
 
 Array = NDArray[np.float64]
 
@@ -20,7 +25,7 @@ SINGULAR = 1e-6  # of the last equations' pivots: below, singular values tell wh
 UNSURE, SAFE = 1e4, 10.0  # how the next of Newton's steps is foreseen: UNSURE length^2, or SAFE times the quadratic law
 
 # Why `newton` returns.
-CONVERGED, LOST, ALMOST_SINGULAR, LOADS = 0, 1, 2, 3
+CONVERGED, LOST, LOADS = 0, 1, 2
 
 
 class Work(NamedTuple):
@@ -35,8 +40,15 @@ class Work(NamedTuple):
 
 
 # What is kept: the last step's length (infinite before the first), the sum of the steps' turns, how many steps, the sign of the
-# determinant, the last step's turn and that of the derivative by the load factor, whether the end is solved for.
-LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, SOLVED, KEPT = 0, 1, 2, 3, 4, 5, 6, 7
+# determinant, the last step's turn and that of the derivative by the load factor, how many motions are free.
+LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, KEPT = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+@jit
+def begin(work: Work) -> None:
+    """Forget the steps that were taken."""
+    work.kept[:] = 0.0
+    work.kept[LENGTH] = np.inf
 
 
 @jit
@@ -48,18 +60,17 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
     """
     kept = work.kept
     while True:
-        if kept[SOLVED] == 0.0:
-            sign = sweep(system, supports, work.last, work.factors)
-            pivot = solve_last(work.last.copy(), work.delta[work.delta.size - FREE * SIDES :])
-            kept[SOLVED], kept[SIGN] = 1.0, sign
-            if abs(pivot) < SINGULAR:
-                return ALMOST_SINGULAR
-            kept[SIGN] *= np.sign(pivot)
+        sign = sweep(system, supports, work.last, work.factors)
+        at_end = work.delta[work.delta.size - FREE * SIDES :]
+        pivot = solve_last(work.last.copy(), at_end)
+        kept[SIGN], kept[IDLE_MOTIONS] = sign * np.sign(pivot), 0.0
+        if abs(pivot) < SINGULAR:
+            kept[IDLE_MOTIONS] = solve_by_singular_values(work.last, at_end)
         back(work.factors, work.delta)
         last = kept[LENGTH]
         length, kept[TURN] = measure(system.y, work.delta, 0)
         tangent_length, kept[TANGENT_TURN] = measure(system.y, work.delta, 1)
-        kept[SOLVED], kept[LENGTH] = 0.0, length
+        kept[LENGTH] = length
         kept[STEPS] += 1.0
         if not np.isfinite(length + tangent_length) or length > max(0.5 * last, 10.0 * tolerance, floor):
             return LOST

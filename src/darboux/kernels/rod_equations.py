@@ -140,6 +140,27 @@ def write_derivative(y: Array, i: int, c: Array, dy: Array, j: int, step: int) -
 
 
 @inline
+def _write_rate(x: Section, y: Array, i: int, rate: Array, dy: Array, j: int) -> None:
+    """The same by the coefficients' rates: (1) to (3) are affine in c, and e3 alone stays without them."""
+    of_frame = Section(x.q, x.R, x.n, x.material_n, x.material_m, x.k, minus(x.v, (0.0, 0.0, 1.0)))
+    _write(of_frame, y, i, rate, dy, j, 1)
+
+
+@jit
+def _write_coupled_rate(y: Array, i: int, rate: Array, dy: Array, j: int) -> None:
+    _write_rate(coupled_section(y, i, rate), y, i, rate, dy, j)
+
+
+@inline
+def write_rate(y: Array, i: int, rate: Array, dy: Array, j: int) -> None:
+    """How y' of the state that begins at y[i] changes with what the coefficients depend on, from their rates dc."""
+    if coupled(rate):
+        _write_coupled_rate(y, i, rate, dy, j)
+    else:
+        _write_rate(section(y, i, rate), y, i, rate, dy, j)
+
+
+@inline
 def _columns_of_position(c: Array, J: Array) -> None:
     """dn' = -C dr."""
     for row in range(3):

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import (
+    Quaternion,
     Rotation,
     Vector,
     column,
@@ -26,6 +27,7 @@ from darboux.kernels.algebra import (
     minus,
     plus,
     put,
+    put_quaternion,
     quaternion,
     rotate,
     rotation,
@@ -49,7 +51,47 @@ SLIDING_AXES, TURNING_AXES, LINEAR, ROTATIONAL = 9, 18, 27, 36
 DEAD_FORCE, DEAD_MOMENT, FOLLOWER_FORCE, FOLLOWER_MOMENT, ECCENTRIC = 45, 48, 51, 54, 57  # F, M, p, d, columns of A
 PLACE, FRAME, PLACE_RATE, FRAME_RATE, NUMBERS = 66, 69, 73, 76, 80  # r0, q0, r0', q0'
 
+# Where the parts of a support's way begin: the pose at load factor 0, that at load factor 1, and the twist on the way.
+FROM_PLACE, FROM_FRAME, TO_PLACE, TO_FRAME, TWIST, WAY = 0, 3, 7, 10, 14, 15
+
 STEP = 1e-7  # of the unknowns, where derivatives are taken by differences: a groove that turns, a rotational spring
+
+
+@jit
+def pose(way: Array, load_factor: float, support: Array) -> None:
+    """Write the prescribed pose at a load factor, and its rates, among a support's numbers: the shortest way, evenly.
+
+    With the turn theta from the first frame to the last one, in the first one, and the twist tau,
+
+        r0 = (1 - lambda) r_a + lambda r_b,   q0 = q_a (cos(lambda theta / 2), ...) (cos(lambda tau / 2), 0, 0, sin(lambda tau / 2))
+    """
+    first, last = vector(way, FROM_PLACE), vector(way, TO_PLACE)
+    put(support, PLACE, 1, plus(scaled(1.0 - load_factor, first), scaled(load_factor, last)))
+    put(support, PLACE_RATE, 1, minus(last, first))
+    w, a, b, c = _turned(way, FROM_FRAME, way, TO_FRAME)
+    sine = np.sqrt(a * a + b * b + c * c)
+    angle = np.arctan2(sine, w)
+    axis = scaled(1.0 / sine if sine > 0.0 else 0.0, (a, b, c))
+    q = _along(quaternion(way, FROM_FRAME), load_factor * angle, axis)
+    rate = scaled(2.0 * angle, axis)
+    half = 0.5 * load_factor * way[TWIST]
+    q = _along(q, half, (0.0, 0.0, 1.0))
+    cosine, sine = np.cos(2.0 * half), np.sin(2.0 * half)
+    spin = (rate[0] * cosine + rate[1] * sine, rate[1] * cosine - rate[0] * sine, rate[2] + way[TWIST])
+    put_quaternion(support, FRAME, 1, q)
+    put_quaternion(support, FRAME_RATE, 1, half_product(q, spin))
+
+
+@inline
+def _along(q: Quaternion, half: float, axis: Vector) -> Quaternion:
+    """q turned by twice the angle `half` about an axis of its own frame."""
+    cosine, by_turn = np.cos(half), half_product(q, scaled(2.0 * np.sin(half), axis))
+    return (
+        cosine * q[0] + by_turn[0],
+        cosine * q[1] + by_turn[1],
+        cosine * q[2] + by_turn[2],
+        cosine * q[3] + by_turn[3],
+    )
 
 
 @inline

@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -146,6 +147,38 @@ class Table:
         works, unit = M * k, 0.5 * scale.moment / scale.length
         bending, twist = float(weights @ np.sum(works[:, :2], axis=1)), float(weights @ works[:, 2])
         return unit * bending, unit * twist, unit * float(weights @ np.sum(N * v, axis=1))
+
+    def on(self, breaks: Array, degree: int) -> Table:
+        """Return the same functions on pieces between more breaks, as polynomials of a degree as high or higher."""
+        p = np.clip(np.searchsorted(self.breaks, breaks[:-1], side="right") - 1, 0, len(self.breaks) - 2)
+        shift, own = (breaks[:-1] - self.breaks[p])[:, None], self.coefficients[p]
+        result = np.zeros((len(p), degree + 1, own.shape[2]))
+        for power in range(self.degree + 1):
+            for k in range(power + 1):
+                result[:, k] += comb(power, k) * shift ** (power - k) * own[:, power]
+        return dataclasses.replace(self, breaks=breaks, coefficients=result)
+
+    def plus(self, more: Table, column: int) -> Table:
+        """Return the sum with another table, whose columns are added from the given one on."""
+        breaks, degree = np.union1d(self.breaks, more.breaks), max(self.degree, more.degree)
+        result, added = self.on(breaks, degree), more.on(breaks, degree).coefficients
+        result.coefficients[:, :, column : column + added.shape[2]] += added
+        return result
+
+    def law(self, slack: float, relaxing: Array | None) -> tuple[Array, Array]:
+        """Return c at load factor 0, and c' by the load factor: the loads grow, a compliance of stretch and another shape go.
+
+        ``relaxing`` is k0 less the other shape's curvature and twist, in the same pieces.
+        """
+        base, rate = self.coefficients.copy(), np.zeros_like(self.coefficients)
+        base[:, :, LOADS] = 0.0
+        rate[:, :, LOADS] = self.coefficients[:, :, LOADS]
+        base[:, 0, SINV + 2] += slack
+        rate[:, 0, SINV + 2] -= slack
+        if relaxing is not None:
+            base[:, :, K0 : K0 + 3] -= relaxing
+            rate[:, :, K0 : K0 + 3] += relaxing
+        return base, rate
 
     def lent(self, slack: float, problem: Equilibrium) -> float:
         """Return the compliance of stretch that a rod held at both ends is lent on the way: ``slack``, or none.

@@ -16,11 +16,13 @@ from darboux import checks
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.kernels.collocation import FEWEST_STAGES, MOST_STAGES
+from darboux.kernels.path import MOST_ELEMENTS, STAGES
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import first_shape, hanging_chain, limits, load_path, pendulum
 from darboux.statics.coefficients import Scale, elastic_parts
-from darboux.statics.collocation_equations import MOST_ELEMENTS, PATH_STAGES, Equations, State
+from darboux.statics.collocation_equations import Equations
+from darboux.statics.collocation_path import buckled, follow
 from darboux.statics.collocation_refinement import refined
 from darboux.statics.first_shape import FirstShape
 from darboux.statics.mesh import Mesh
@@ -84,10 +86,10 @@ class Collocation:
                 found = self._next_to(problem, start) if isinstance(start, EquilibriumSolution) else None
                 found = found or self._followed(problem, start)
             except load_path.Stopped as stop:
-                if stop.branch.disturbance:  # what was reached is no equilibrium of this problem
+                if stop.branch.is_disturbed:  # what was reached is no equilibrium of this problem
                     raise
                 status = Status("stopped", load_path.stopped(stop.path))
-                found = _Found(stop.branch, status, stop.path.state.mesh, ErrorEstimate(), stop.path)
+                found = _Found(stop.branch, status, stop.path.state, ErrorEstimate(), stop.path)
             return self._answer(problem, found, began)
 
     def beside(self, problem: Equilibrium, start: EquilibriumSolution) -> EquilibriumSolution | None:
@@ -122,11 +124,11 @@ class Collocation:
 
     def _next_to(self, problem: Equilibrium, start: EquilibriumSolution) -> _Found | None:
         """Return the equilibrium that Newton's method reaches from another solution, or None where it does not contract."""
-        equations = Equations(problem, PATH_STAGES)
+        equations = Equations(problem, STAGES)
         answer = refined(equations, equations.mesh_of(start), self.rtol, self.stages, self.elements, first=True)
         if answer is None:
             return None
-        path = load_path.Path(State(answer[0], 1.0), 1.0, index=equations.index(answer[0], 1.0))
+        path = load_path.Path(answer[0], 1.0, index=equations.index(answer[0], 1.0))
         unstable = load_path.unstable_in(path.index)
         message = f"converged: the equilibrium next to the one that was given as the start.{unstable}"
         return _Found(equations, Status("converged", message), *answer, path)
@@ -144,11 +146,11 @@ class Collocation:
 
     def _followed_from(self, problem: Equilibrium, shape: FirstShape | None, origin: str) -> _Found:
         """Return where the path ends that begins with a shape (None: the rod's own), called ``origin`` in words."""
-        equations = Equations(problem, PATH_STAGES, shape)
+        equations = Equations(problem, STAGES, shape)
         if shape is not None and shape.sags:
-            path = load_path.followed_as_cable(equations, equations.unloaded())
+            path = load_path.of_cable(follow(equations, equations.unloaded(), unseen=load_path.UNSEEN_TURN_OF_CABLE))
         else:
-            path = load_path.follow(equations, equations.unloaded(), until_unstable=True)
+            path = follow(equations, equations.unloaded(), until_unstable=True)
         code, message = load_path.ending(path, "Collocation", origin)
         if path.unstable is not None and equations.has_potential:
             a, b = path.crossings[0]
@@ -156,12 +158,12 @@ class Collocation:
                 f"Between {100.0 * a:.4g} % and {100.0 * b:.4g} % of the load the straight-on branch turns unstable, and the rod "
                 "leaves it to the side that a small disturbance gives"
             )
-            buckled = equations.buckled(path)
-            if buckled is not None:
-                path, code = buckled, "converged"
+            stable, disturbed = buckled(equations, path)
+            if stable is not None:
+                path, code = stable, "converged"
                 message = f"converged: the stable equilibrium that follows from {origin}. {leaving}."
-            elif (behind := self._behind_a_snap(equations)) is not None:
-                fold = f"{100.0 * equations.ended.load_factor:.4g} %" if equations.ended else ""
+            elif (behind := self._behind_a_snap(equations, disturbed)) is not None:
+                fold = f"{100.0 * disturbed.load_factor:.4g} %"
                 equations, path = behind
                 code, message = (
                     "converged",
@@ -171,9 +173,9 @@ class Collocation:
                     ),
                 )
             else:  # then at least the unstable branch, and said to be so
-                path = load_path.follow(equations, equations.unloaded())
+                path = follow(equations, equations.unloaded())
                 code, message = load_path.ending(path, "Collocation", origin)
-        mesh = path.state.mesh
+        mesh = path.state
         if path.load_factor < 1.0:
             if equations.flattest(mesh) < FLATTEST:
                 code, message = "no_convergence", load_path.flattened(path)
@@ -189,23 +191,24 @@ class Collocation:
             return _Found(equations, Status("no_convergence", message), mesh, ErrorEstimate(), path)
         return _Found(equations, Status(code, message), *answer, path)
 
-    def _behind_a_snap(self, equations: Equations) -> tuple[Equations, load_path.Path[State]] | None:
-        """Return a stable equilibrium at full load that is reached from the shape at a fold, or None.
+    def _behind_a_snap(
+        self, equations: Equations, ended: load_path.Path[Mesh]
+    ) -> tuple[Equations, load_path.Path[Mesh]] | None:
+        """Return a stable equilibrium at full load that is reached from the shape at a fold, where a path ended, or None.
 
         The rod is made free of stress in that shape, and followed while its own natural shape comes back.
         """
         problem = equations.problem
         for _ in range(MOST_SNAPS):
-            if equations.ended is None or equations.ended.unstable is not None:
+            if ended.unstable is not None:
                 return None
-            curve = equations.curve(equations.ended.state.mesh, equations.ended.load_factor)
-            iterations = equations.iterations
-            equations = Equations(problem, PATH_STAGES, first_shape.given(problem, equations.scale, curve))
+            curve, iterations = equations.curve(ended.state, ended.load_factor), equations.iterations
+            equations = Equations(problem, STAGES, first_shape.given(problem, equations.scale, curve))
             equations.iterations = iterations
-            path = load_path.follow(equations, equations.unloaded(), until_unstable=True)
-            equations.ended = path
+            path = ended = follow(equations, equations.unloaded(), until_unstable=True)
             if path.unstable is not None:
-                path = equations.buckled(path) or path
+                stable, ended = buckled(equations, path)
+                path = stable or path
             if path.load_factor == 1.0 and path.index == 0:
                 return equations, path
         return None
@@ -219,4 +222,4 @@ class _Found:
     status: Status
     mesh: Mesh
     error: ErrorEstimate
-    path: load_path.Path[State]
+    path: load_path.Path[Mesh]

@@ -6,10 +6,9 @@ ch. 5 and 7.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Iterable
+import functools
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +17,19 @@ from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import collocation
 from darboux.kernels import newton as kernel
+from darboux.kernels import path as path_kernel
+from darboux.kernels import stability as stability_kernel
 from darboux.kernels.collocation import FREE, SHAPED, SHAPED_COUPLE, SIDES, System
 from darboux.kernels.collocation import ROW as FACTOR_ROW
 from darboux.kernels.newton import Work
+from darboux.kernels.path import FEWEST_ELEMENTS, MOST_ITERATIONS, TOLERANCE
 from darboux.kernels.profile import Profile
-from darboux.kernels.rod_equations import FORCE, K0, MOMENT, ROTATION, SINV, STATES
+from darboux.kernels.rod_equations import DEAD_FORCE, FORCE, MOMENT, ROTATION, SINV, STATES
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
-from darboux.statics import coefficients, load_path, stability
-from darboux.statics.coefficients import Scale
+from darboux.statics import coefficients, stability
+from darboux.statics.coefficients import Scale, Table
 from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, shape_of
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
@@ -35,41 +37,43 @@ from darboux.statics.pendulum import at_rest
 from darboux.statics.stability import SecondVariation
 from darboux.supports import Support
 
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
-
 Array = NDArray[np.float64]
 
-PATH_STAGES = 2  # on the way only the branch matters
-ANSWER = 1.5  # elements for an answer to 1e-9, over the sum of what the elements on the way leave out, each to the power of 1/3
+ANSWER = 2.2  # elements for an answer to 1e-9, over the sum of what the elements on the way leave out, each to the power of 1/3
 FIRST_ELEMENTS = 12
-FEWEST_ELEMENTS = 8
 LARGEST_NATURAL_TURN = 1.5  # rad of an unloaded rod's frame over an element of the first mesh
-PATH_TOLERANCE = 1e-4  # of what Newton's method leaves over on the way: the branch must be kept, not measured
-PATH_ROUGHNESS = 0.02  # of the polynomials on the way; where they leave out more the mesh is laid anew
-MOST_ELEMENTS = 20_000
 SLACK = 1e-3  # compliance of stretch lent on the way to a rod held at both ends that has less: a stiff one meets all its buckling
 # loads at once
-DISTURBANCE = 0.1  # of EI / L^2, spread along the unstable mode
-MOST_DISTURBANCES = 3
-SMALLEST_MODE = 1e-8  # of displacements, over 1 for all of them together
-SMALLEST_RELIEF = 1e-3  # of the disturbance that is taken off in a step
-FREE_MOTION = 1e-9  # a singular value below this part of the largest belongs to a free motion ...
-ZERO = 1e-16  # no singular value is smaller, over the largest, but by rounding
-IDLE, NOISE = 1e-6, 1e-10  # ... if the equations ask for less than this along it, relative and absolute
-NOTHING = np.empty(0)  # no load is a function of the shape
+NOTHING = np.zeros(0)  # no load is a function of the shape
 ROUNDING_STRAIN = 1e-14  # of a stretching rod: what rounding of places amounts to
 BESIDE = 1e-12  # of L, from a jump: on either side of what encloses it
 CLOSEST = 1e-11  # of L, between two breaks
 
 
-@dataclass(frozen=True, eq=False)
-class State:
-    """A mesh with its solution, and the change of the solution per unit of load factor (N + 1, 12) where known."""
+@dataclass(eq=False)
+class Law:
+    """The coefficients c + lambda c' of a rod between ``breaks``: ``base`` c and ``rate`` c' (p, degree + 1, columns)."""
 
-    mesh: Mesh
-    load_factor: float = 0.0
-    tangent: Array | None = None
+    breaks: Array
+    base: Array
+    rate: Array
+    _last: tuple[float, Array] = (np.nan, NOTHING)
+
+    @property
+    def degree(self) -> int:
+        """The degree of the polynomials."""
+        return int(self.base.shape[1]) - 1
+
+    def table(self, load_factor: float) -> Table:
+        """Return the coefficients at a load factor."""
+        if self._last[0] != load_factor:
+            self._last = load_factor, self.base + load_factor * self.rate
+        return Table(self.breaks, self._last[1])
+
+    def at(self, load_factor: float) -> tuple[Profile, Profile]:
+        """Return them, and their derivatives by it, as the kernels take them."""
+        now = self.table(load_factor).coefficients
+        return Profile(self.breaks, now.ravel(), self.degree), Profile(self.breaks, self.rate.ravel(), self.degree)
 
 
 @dataclass
@@ -103,7 +107,7 @@ class Step:
 
 
 class Equations:
-    """The collocation equations of one problem, for `load_path.follow`."""
+    """The collocation equations of one problem; the unloaded rod has so many stages an element."""
 
     def __init__(self, problem: Equilibrium, stages: int, shape: FirstShape | None = None) -> None:
         self.problem = problem
@@ -111,7 +115,7 @@ class Equations:
         self.scale = Scale.of(problem)
         self.shape = shape
         if shape is None:
-            self.table, self.relaxing = coefficients.table(problem, self.scale), np.zeros((1, 1, 3))
+            self.table, self.relaxing = coefficients.table(problem, self.scale), None
         else:
             self.table, self.relaxing = coefficients.table_and_strain(problem, self.scale, shape.k, shape.knots)
         places = (
@@ -132,26 +136,20 @@ class Equations:
         self.has_potential = stability.has_potential(problem)
         self.iterations = 0
         self.free = 0  # free motions that the last step left alone
-        self.ended: load_path.Path[State] | None = None  # where the disturbed path ended
-        self.disturbance = 0.0
-        self.disturbances: list[CubicSpline] = []  # the modes (n, 3) along which a small load acts, as functions of x
-        self._last: tuple[float, float, Array] = (np.nan, np.nan, np.empty(0))
+        self.disturb(())
 
-    def _data(self, load_factor: float, compliance: float = 0.0) -> tuple[Profile, Profile]:
-        """Return the table for the kernels, which scale the loads themselves, and the derivative of k0 by the load factor."""
-        slack = max(self.slack * (1.0 - load_factor), 0.0 if self.problem.rod.stretch else compliance)
-        lent = 1.0 - load_factor if self.shape is not None else 0.0
-        if self._last[:2] != (slack, lent):
-            coefficients = self.table.loaded(1.0, slack).coefficients
-            coefficients[:, :, K0 : K0 + 3] -= lent * self.relaxing
-            self._last = (slack, lent, coefficients.ravel())
-        breaks, degree = self.table.breaks, self.table.degree
-        relaxing = NOTHING if self.shape is None else self.relaxing.ravel()
-        return Profile(breaks, self._last[2], degree), Profile(breaks, relaxing, degree)
+    def disturb(self, loads: Sequence[Table]) -> None:
+        """Write the law c + lambda c' of the coefficients, with some more loads f, each as a table of three columns."""
+        table = functools.reduce(lambda table, more: table.plus(more, DEAD_FORCE), loads, self.table)
+        relaxing = self.relaxing
+        if relaxing is not None and table is not self.table:
+            relaxing = Table(self.table.breaks, relaxing).on(table.breaks, table.degree).coefficients
+        self.is_disturbed = len(loads) > 0
+        self.law = Law(table.breaks, *table.law(self.slack, relaxing))
 
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
-    def unloaded(self) -> State:
+    def unloaded(self) -> Mesh:
         """Return the rod without loads: its natural shape, laid against the support that holds it, or the first shape."""
         x = self._first_nodes()
         points = np.unique(np.concatenate([x, stage_points(x, self.stages).ravel()]))
@@ -166,8 +164,8 @@ class Equations:
             if conditions.support.holds and conditions.support is not support:
                 conditions.grow_from(states[np.searchsorted(points, at)], all_at_once=self.shape is not None)
         mesh = self._mesh(x, points, states)
-        exact = self.newton(mesh, 0.0, PATH_TOLERANCE, most=8)
-        return State(mesh if exact is None else exact[0])
+        exact = self.newton(mesh, 0.0, TOLERANCE, most=MOST_ITERATIONS)
+        return mesh if exact is None else exact[0]
 
     def bent(self, k: Callable[[Array], Array], x: Array, carrying: bool) -> Mesh:
         """Return the rod bent to the curvature and twist k L, with the moments of that and, if asked, the forces of the loads."""
@@ -244,59 +242,40 @@ class Equations:
 
     def _stepped(self, mesh: Mesh, load_factor: float, work: Work, tolerance: float, floor: float, most: int) -> bool:
         """Let the kernel take Newton's steps from a mesh, which is moved; return whether they became small."""
-        system, supports = self._system(mesh, load_factor), self._supports(load_factor)
-        self.free = 0
-        while True:
-            reason = kernel.newton(system, supports, work, float(tolerance), floor, most)
-            if reason == kernel.LOADS:
-                system.shaped[:] = self._shaped(mesh)
-            elif reason != kernel.ALMOST_SINGULAR or not self._solve_for_end(work):
-                break
+        system, supports = self._system(mesh, load_factor), self.supports(load_factor)
+        while (reason := kernel.newton(system, supports, work, float(tolerance), floor, most)) == kernel.LOADS:
+            system.shaped[:] = self.shaped(mesh)
         self.iterations += int(work.kept[kernel.STEPS])
+        self.free = int(work.kept[kernel.IDLE_MOTIONS])
         return bool(reason == kernel.CONVERGED)
-
-    def _solve_for_end(self, work: Work) -> bool:
-        """Solve the last equations by singular values; return False where the numbers left their range."""
-        last = work.last.reshape(FREE, FREE + SIDES)
-        if not np.all(np.isfinite(last)):
-            return False
-        step, sign, self.free = _solved(last)
-        work.delta[-FREE * SIDES :] = step.ravel()
-        work.kept[kernel.SIGN] *= sign
-        return True
 
     def free_motions(self, mesh: Mesh) -> int:
         """Return how many motions cost an equilibrium at full load nothing: a round rod's buckling plane may turn."""
         self.newton_step(mesh, 1.0)
         return self.free
 
-    def _system(self, mesh: Mesh, load_factor: float, compliance: float = 0.0) -> System:
+    def _system(self, mesh: Mesh, load_factor: float) -> System:
         """Return what the kernels of `collocation` take first."""
-        shaped = self._shaped(mesh) if self.problem.of_shape or self.disturbance else NOTHING
-        table, relaxing = self._data(load_factor, compliance)
+        shaped = self.shaped(mesh) if self.problem.of_shape else NOTHING
         states = (mesh.x, mesh.y.ravel(), mesh.Y.ravel())
-        return System(mesh.stages, *states, table, relaxing, shaped, float(load_factor), -self.slack)
+        return System(mesh.stages, *states, *self.law.at(load_factor), shaped, float(load_factor))
 
-    def _supports(self, load_factor: float) -> Array:
+    def supports(self, load_factor: float) -> Array:
         """Return the numbers of what holds the start, the stations and the end."""
         return np.concatenate([c.numbers(load_factor) for c in self.conditions])
 
     def _work(self, mesh: Mesh) -> Work:
         N = len(mesh.x) - 1
-        kept = np.zeros(kernel.KEPT)
-        kept[kernel.LENGTH] = np.inf
         factors, last, delta = (
             np.empty(size) for size in (N * FREE * FACTOR_ROW, FREE * (FREE + SIDES), (N + 1) * FREE * SIDES)
         )
-        return Work(factors, last, delta, np.empty(mesh.y.size), np.empty(mesh.Y.size), kept)
+        work = Work(factors, last, delta, np.empty(mesh.y.size), np.empty(mesh.Y.size), np.zeros(kernel.KEPT))
+        work.kept[kernel.LENGTH] = np.inf
+        return work
 
-    def _shaped(self, mesh: Mesh) -> Array:
-        """Return the loads that are functions of the shape, and the disturbance, at the stages: flat."""
-        points = stage_points(mesh.x, mesh.stages).ravel()
-        result = self._loads_of_shape(points, mesh.Y.reshape(-1, STATES))
-        for mode in self.disturbances if self.disturbance else ():
-            result[:, :3] += self.disturbance * mode(points)
-        return result.ravel()
+    def shaped(self, mesh: Mesh) -> Array:
+        """Return the loads that are functions of the shape at the stages: flat."""
+        return self._loads_of_shape(stage_points(mesh.x, mesh.stages).ravel(), mesh.Y.reshape(-1, STATES)).ravel()
 
     def _loads_of_shape(self, points: Array, states: Array) -> Array:
         """Return the loads that are functions of the shape, with their derivatives, at the states (n, 13): (n, SHAPED)."""
@@ -333,119 +312,34 @@ class Equations:
 
     def flattest(self, mesh: Mesh) -> float:
         """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 at the nodes."""
-        if not self.problem.rod.stretch:
-            return 1.0
-        return self.table.least_stretch(mesh.x, mesh.y)
-
-    # -- for load_path.follow ------------------------------------------------------------------------------------
-
-    def stability(self, state: State, load_factor: float) -> tuple[float, int | None]:
-        """Return the sign of the determinant and the number of unstable directions."""
-        step = self.newton_step(state.mesh, load_factor)
-        return 0.0 if step is None else step.sign, self.index(state.mesh, load_factor)
+        return path_kernel.flattest(self.law.at(1.0)[0], mesh.x, mesh.y.ravel()) if self.problem.rod.stretch else 1.0
 
     def index(self, mesh: Mesh, load_factor: float) -> int | None:
         """Return the number of unstable directions; None where the loads have no potential."""
-        return self.second_variation(mesh, load_factor).index if self.has_potential else None
+        if not self.has_potential:
+            return None
+        system, lend = self._system(mesh, load_factor), not self.problem.rod.stretch
+        return int(stability_kernel.unstable_directions(system, self.supports(load_factor), lend))
 
     def second_variation(self, mesh: Mesh, load_factor: float) -> SecondVariation:
         """Return the second variation of the energy at an equilibrium."""
-        force = float(np.sqrt(np.max(np.sum(mesh.y[:, FORCE:MOMENT] ** 2, axis=1))))
-        T = np.empty((mesh.elements, FREE, FREE))
-        system = self._system(mesh, load_factor, stability.COMPLIANCE / (1.0 + force))
-        collocation.transfers(system, T.ravel())
-        places = [0, *(int(i) - k for k, i in enumerate(mesh.joints)), mesh.elements]  # a joint is one node here
+        N, lend = mesh.elements, not self.problem.rod.stretch
+        diagonal, below, weights = np.zeros((N + 1, FREE, FREE)), np.zeros((N, FREE, FREE)), np.zeros((N + 1, FREE))
+        sizes = np.empty(N + 1, np.int64)
+        flat = diagonal.ravel(), below.ravel(), weights.ravel(), sizes
+        system, supports = self._system(mesh, load_factor), self.supports(load_factor)
+        of_forces, foundation = stability_kernel.second_variation(system, supports, lend, *flat)
+        places = [0, *(int(i) - k for k, i in enumerate(mesh.joints)), N]  # a joint is one node here
         nodes = [0, *mesh.joints, -1]
         held = {i: c.held(mesh.y[k], load_factor) for i, k, c in zip(places, nodes, self.conditions, strict=True)}
-        moments = mesh.y[:-1, MOMENT:][mesh.wide], mesh.y[1:, MOMENT:][mesh.wide]
-        return stability.second_variation(T, np.unique(mesh.x), moments, held, force)
+        return SecondVariation(diagonal, below, sizes, weights, held, of_forces, foundation)
 
-    def tangent(self, state: State, load_factor: float) -> tuple[Array, float]:
-        """Return the change of the nodes per unit of load factor, and the largest turn in it."""
-        if state.tangent is not None:
-            return state.tangent, _turn(state.tangent)
-        step = self.newton_step(state.mesh, load_factor)
-        if step is None:
-            return np.zeros((len(state.mesh.x), FREE)), np.inf
-        return step.tangent, step.tangent_turn
-
-    def predict(self, state: State, tangent: Array, step: float) -> State:
-        """Return the state moved along the tangent."""
-        moved = self.moved(state.mesh, state.load_factor, step * tangent, step)
-        return State(moved, state.load_factor + step)
-
-    def correct(self, state: State, load_factor: float) -> load_path.Corrected[State] | None:
-        """Return the equilibrium that Newton's method reaches, on a mesh that is fine enough, or None."""
-        found = self.newton(state.mesh, load_factor, PATH_TOLERANCE, most=8)
-        if found is None:
-            return None
-        mesh, step, turn, iterations = found
-        watched = self._watched(mesh, step, load_factor)
-        return load_path.Corrected(watched, turn, step.sign, iterations, self.index(watched.mesh, load_factor))
-
-    def _watched(self, mesh: Mesh, step: Step, load_factor: float) -> State:
-        """Lay the mesh anew where its polynomials leave out too much."""
-        rough = mesh.roughness(self.breaks)
-        if float(np.max(rough)) <= PATH_ROUGHNESS or mesh.elements >= MOST_ELEMENTS:
-            return State(mesh, load_factor, step.tangent)
-        elements = int(np.clip(self.elements_for(mesh), mesh.elements, 3 * mesh.elements))
-        laid = self.newton(mesh.redistributed(elements, self.breaks), load_factor, PATH_TOLERANCE, most=8)
-        if laid is None:
-            return State(mesh, load_factor, step.tangent)
-        return State(laid[0], load_factor, laid[1].tangent)
-
-    def elements_for(self, mesh: Mesh) -> int:
-        """Return how many elements would leave out little enough on the way."""
-        wanted = (mesh.roughness(self.breaks) / (0.1 * PATH_ROUGHNESS)) ** (1.0 / (mesh.stages + 1))
-        return max(FEWEST_ELEMENTS, int(np.sum(wanted)) + 1)
+    # -- the answer ----------------------------------------------------------------------------------------------
 
     def elements_for_answer(self, mesh: Mesh, stages: int, rtol: float) -> int:
         """Return with how many elements of so many stages an answer is likely to be good enough, before they are halved."""
         wanted = np.sum(mesh.roughness(self.breaks) ** (1.0 / (mesh.stages + 1)))
         return max(FEWEST_ELEMENTS, int(np.ceil(ANSWER * (1e-9 / rtol) ** (0.5 / stages) * wanted)))
-
-    # -- past a bifurcation ----------------------------------------------------------------------------------------
-
-    def buckled(self, path: load_path.Path[State]) -> load_path.Path[State] | None:
-        """Return the stable side of a bifurcation: the path with a small load along the unstable mode, then without it."""
-        disturbed = path
-        for _ in range(MOST_DISTURBANCES):
-            if disturbed.unstable is None:
-                break
-            state, load_factor = disturbed.unstable
-            mode = self.second_variation(state.mesh, load_factor).lowest_mode()[:, :3]
-            largest = float(np.max(np.abs(mode)))
-            if largest < SMALLEST_MODE:  # a mode of twist alone, which no force stirs
-                break
-            from scipy.interpolate import CubicSpline  # slow to load, and seldom needed
-
-            self.disturbances.append(CubicSpline(np.unique(state.mesh.x), mode / largest))
-            self.disturbance = DISTURBANCE
-            disturbed = load_path.follow(self, self.unloaded(), until_unstable=True)
-        self.ended = disturbed
-        reached = disturbed.load_factor == 1.0 and disturbed.index == 0
-        mesh = self._undisturbed(disturbed.state.mesh) if reached else None
-        self.disturbance = 0.0
-        if mesh is None or self.index(mesh, 1.0) != 0:
-            return None
-        return dataclasses.replace(disturbed, state=State(mesh, 1.0), index=0, unstable=None)
-
-    def _undisturbed(self, mesh: Mesh) -> Mesh | None:
-        """Take the disturbance off at full load, in steps that Newton's method follows."""
-        left, step = 1.0, 0.5
-        while left > 0.0:
-            goal = max(0.0, left - step)
-            self.disturbance = DISTURBANCE * goal
-            found = self.newton(mesh, 1.0, PATH_TOLERANCE, most=8)
-            if found is None or found[2] > load_path.LARGEST_CORRECTED_TURN:
-                step *= 0.5
-                if step < SMALLEST_RELIEF:
-                    return None
-                continue
-            mesh, left, step = found[0], goal, 1.5 * step
-        return mesh
-
-    # -- the answer ----------------------------------------------------------------------------------------------
 
     def mesh_of(self, start: EquilibriumSolution) -> Mesh:
         """Return a solution of another problem on every second of its nodes, as the first guess of this one."""
@@ -471,8 +365,7 @@ class Equations:
             nearest = np.minimum(np.searchsorted(self.breaks, x), len(self.breaks) - 1)
             width = np.where(self.breaks[nearest] == x, self.widths[nearest], 0.0)
         at = np.where(first, x - width - BESIDE, np.where(second, x + width + BESIDE, x))
-        table = self.table.loaded(load_factor, self.slack * (1.0 - load_factor))
-        dy = coefficients.slopes(table(at), y)
+        dy = coefficients.slopes(self.law.table(load_factor)(at), y)
         if self.problem.of_shape:
             shaped = self._loads_of_shape(x, y)
             dy[:, FORCE:MOMENT] -= load_factor * shaped[:, :3]
@@ -501,26 +394,3 @@ def _apart(places: Iterable[float], stations: Iterable[float], length: float) ->
 def _unit(a: Array) -> Array:
     length = float(np.linalg.norm(a))
     return a / length if length > 1e-12 else np.array([0.0, 0.0, 1.0])
-
-
-def _turn(delta: Array) -> float:
-    return float(np.max(np.linalg.norm(delta[:, 3:6], axis=1)))
-
-
-def _solved(last: Array) -> tuple[Array, float, int]:
-    """Solve the last 12 equations: the unknowns (12, SIDES) of the end, the sign of the determinant, how many motions are free.
-
-    By singular values, so that a free motion is left alone: a rod that may turn about its axis, or about the line through
-    its ends, or buckle in any plane. Such a motion has a singular value of rounding and nothing to do, which is the phase
-    condition. Where the equations do ask for a step along it, as near a bifurcation, they get it.
-    """
-    A = last[:, :FREE]
-    scale = np.linalg.norm(A, axis=1, keepdims=True)
-    U, values, V = np.linalg.svd(A / scale)
-    right = last[:, FREE:] / scale
-    wanted = U.T @ right
-    free = (values <= FREE_MOTION * values[0])[:, None] & (
-        np.abs(wanted) <= IDLE * np.linalg.norm(right, axis=0) + NOISE
-    )
-    inverse = np.where(free, 0.0, 1.0 / np.maximum(values, ZERO * values[0])[:, None])
-    return V.T @ (inverse * wanted), float(np.linalg.det(U) * np.linalg.det(V)), int(np.count_nonzero(free[:, 0]))

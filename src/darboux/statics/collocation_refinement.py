@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.kernels.path import MOST_ELEMENTS
 from darboux.kernels.rod_equations import FORCE, MOMENT
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics.coefficients import elastic_parts
-from darboux.statics.collocation_equations import MOST_ELEMENTS, Equations
+from darboux.statics.collocation_equations import Equations
 from darboux.statics.mesh import Mesh, size, units
 
 Array = NDArray[np.float64]

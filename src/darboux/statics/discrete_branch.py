@@ -10,6 +10,7 @@ from scipy.linalg import lapack
 
 from darboux.kernels import band, discrete_rod
 from darboux.kernels.discrete_rod import Elasticity
+from darboux.kernels.step_control import LARGEST_CORRECTED_TURN
 from darboux.statics import load_path
 from darboux.statics.discrete_chain import SLACK, Chain, Shape
 
@@ -143,7 +144,7 @@ class ChainBranch:
             shape = trial
             self.chain.settled(shape)
             turned += scale * size
-            if turned > 4.0 * load_path.LARGEST_CORRECTED_TURN:
+            if turned > 4.0 * LARGEST_CORRECTED_TURN:
                 return None
             adrift = self.chain.shift > 0.0 and 0.5 * last < size <= DRIFT
             if scale == 1.0 and (size <= tolerance or adrift):
@@ -209,7 +210,7 @@ class ChainBranch:
             own = self._solve(None, -slope)
             step = self.chain.packed(shape, own)
             size = self.chain.turn(step)
-            scale = min(1.0, load_path.LARGEST_CORRECTED_TURN / size)
+            scale = min(1.0, LARGEST_CORRECTED_TURN / size)
             trial = self.chain.moved(shape, step, scale)
             descent, rounding = float(slope @ own), 1e-13 * abs(energy)
             while size > 1e-7 and self._energy(trial, shape, 1.0) > energy + 1e-4 * scale * descent + rounding:

@@ -479,9 +479,9 @@ class Chain:
     @property
     def still(self) -> bool:
         """True where no support moves on the way: its clamps are fixed, and its other ends hold nothing."""
-        growing = any(conditions.first is not None for _, conditions, _ in self.between)
+        growing = any(conditions.grows for _, conditions, _ in self.between)
         return not growing and all(
-            end.bare and end.conditions.first is None and end.support.twist == 0.0 for end in self.ends
+            end.bare and not end.conditions.grows and end.support.twist == 0.0 for end in self.ends
         )
 
     def posed(self, shape: Shape, load_factor: float) -> Shape:

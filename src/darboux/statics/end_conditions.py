@@ -20,10 +20,8 @@ from darboux.statics.stability import Held
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
-Pose = tuple[Array, Array]  # position (3,), quaternion (4,)
 
 TURN = slice(3, 6)  # the small rotation among the unknowns
-DIFFERENCE = 1e-7  # of the load factor
 
 
 class EndConditions:
@@ -34,10 +32,8 @@ class EndConditions:
 
     def __init__(self, support: Support, load: EndLoad, outward: float, scale: Scale) -> None:
         self.support, self.load, self.scale = support, load, scale
-        self.position = (np.array(support.position) - scale.origin) / scale.length
-        self.q = frames.quaternion_of_matrix(support.R)
-        self.twist = support.twist
-        self.first: Pose | None = None  # the pose at load factor 0, where it grows
+        place, q = (np.array(support.position) - scale.origin) / scale.length, frames.quaternion_of_matrix(support.R)
+        self.way = np.concatenate([place, q, place, q, [support.twist]])  # of the pose, from load factor 0 to 1
         zero = np.zeros((3, 3))
         linear = zero if support.linear is None else np.array(support.linear) * scale.length / scale.force
         rotational = zero if support.rotational is None else np.array(support.rotational) / scale.moment
@@ -56,32 +52,30 @@ class EndConditions:
 
     def grow_from(self, y: Array, all_at_once: bool = False) -> None:
         """Let what is prescribed grow from the state y (13,); ``all_at_once``: the twist too is of the way from there."""
-        self.first = y[:3].copy(), y[ROTATION:FORCE].copy()
+        self.way[: kernel.TO_PLACE] = y[:FORCE]
         if all_at_once:
-            self.q, self.twist = _twisted(frames.quaternion_of_matrix(self.support.R), self.support.twist), 0.0
+            self.way[kernel.TO_FRAME : kernel.TWIST] = _twisted(
+                self.way[kernel.TO_FRAME : kernel.TWIST], self.way[kernel.TWIST]
+            )
+            self.way[kernel.TWIST] = 0.0
         self._posed = np.nan
-
-    def pose(self, load_factor: float) -> Pose:
-        """Return the position and the quaternion that the support prescribes."""
-        if self.first is None:
-            return self.position, _twisted(self.q, load_factor * self.twist)
-        position, q = self.first
-        return (
-            (1.0 - load_factor) * position + load_factor * self.position,
-            _twisted(frames.between(q, self.q, load_factor), load_factor * self.twist),
-        )
 
     def numbers(self, load_factor: float) -> Array:
         """Return the numbers for the kernel."""
         if self._posed != load_factor:
-            pose = np.concatenate(self.pose(load_factor))
-            rate = np.zeros(7)
-            if self.first is not None or self.twist != 0.0:
-                step = DIFFERENCE if load_factor <= 0.5 else -DIFFERENCE
-                rate = (np.concatenate(self.pose(load_factor + step)) - pose) / step
-            self._numbers[kernel.PLACE :] = np.concatenate([pose, rate])
+            kernel.pose(self.way, float(load_factor), self._numbers)
             self._posed = load_factor
         return self._numbers
+
+    def pose(self, load_factor: float) -> tuple[Array, Array]:
+        """Return the position (3,) and the quaternion (4,) that the support prescribes."""
+        pose = self.numbers(load_factor)[kernel.PLACE : kernel.PLACE_RATE].copy()
+        return pose[:3], pose[3:]
+
+    @property
+    def grows(self) -> bool:
+        """True where the prescribed pose moves with the load factor."""
+        return bool(np.any(self.way[: kernel.TO_PLACE] != self.way[kernel.TO_PLACE : kernel.TWIST]))
 
     def system(self, y: Array, load_factor: float) -> Array:
         """Return the conditions at the state y (13,): rows (6, 12), minus the values, minus their slope by the load factor."""

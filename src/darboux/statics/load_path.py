@@ -19,24 +19,27 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.kernels import step_control
+from darboux.kernels.step_control import (
+    CROSSING_STEP,
+    LARGEST_PREDICTED_TURN,
+    LARGEST_STEP,
+    LATER_CROSSING_STEP,
+    LOST,
+    MECHANISM_LOAD,
+    MECHANISM_STEPS,
+    MOST_STEPS,
+    REJECTED,
+    SMALLEST_STEP,
+)
+
 Array = NDArray[np.float64]
 State = TypeVar("State")
 
-LARGEST_PREDICTED_TURN = 0.6  # rad between neighbouring equilibria
-LARGEST_CORRECTED_TURN = 0.3  # rad by which the corrector may move a predicted shape
-WANTED_CORRECTED_TURN = 0.1  # rad; the predictor's error grows with the square of the step
-LARGEST_SHARE = 0.5  # of the predicted turn that the corrector may make
-WANTED_SHARE = 0.35
 UNSEEN_TURN = 1e-5  # rad; below this a turn may be what the integration leaves over
 UNSEEN_TURN_OF_CABLE = (
     0.05  # rad; a cable has one equilibrium, so that no branch can be missed, and its path hardly turns
 )
-CROSSING_STEP = 1e-3  # of the load factor: a change of stability within this span is a crossing
-LATER_CROSSING_STEP = 0.02  # the same, once the rod is known to be unstable
-LARGEST_STEP = 0.25  # also where nothing turns: a straight column passes its buckling loads one by one
-SMALLEST_STEP = 1e-6  # of the load reached so far
-MOST_STEPS = 1000
-MECHANISM_LOAD, MECHANISM_STEPS = 1e-8, 60  # a rod that turns for so many steps below so little load turns as a whole
 FOLD_SLOPE = (
     20.0  # rad per unit of load, over the load: a path that stops where it turns faster than this has met a fold
 )
@@ -111,11 +114,15 @@ def follow(
 
 
 def followed_as_cable(branch: Branch[State], state: State) -> Path[State]:
-    """Follow a cable from the chain that it resembles: to the one equilibrium, whatever the curvature that is lent does before.
+    """Follow a cable from the chain that it resembles; see ``of_cable``."""
+    return of_cable(follow(branch, state, unseen=UNSEEN_TURN_OF_CABLE))
+
+
+def of_cable(path: Path[State]) -> Path[State]:
+    """Return the path of a cable: to the one equilibrium, whatever the curvature that is lent does before.
 
     What is crossed on the way are buckling loads of the naturally bent rod, so that they are kept only where the end is unstable.
     """
-    path = follow(branch, state, unseen=UNSEEN_TURN_OF_CABLE)
     if not path.index:
         path.crossings.clear()
         path.unstable = None
@@ -138,13 +145,13 @@ def _followed(branch: Branch[State], path: Path[State], until_unstable: bool, un
             goal = 1.0 if last else path.load_factor + step
             ahead = goal - path.load_factor
             reached = branch.correct(branch.predict(path.state, tangent, ahead), goal)
-            if reached is not None and reached.turn <= _allowed(turn * ahead, unseen):
+            if reached is not None and reached.turn <= step_control.allowed(turn * ahead, unseen):
                 counted = reached.index is not None and path.index is not None
                 changed = reached.index != path.index if counted else reached.sign * sign < 0.0
                 if not changed or ahead <= (LATER_CROSSING_STEP if path.index else CROSSING_STEP):
                     break
             path.rejected += 1
-            step = ahead * (0.4 if reached is None else 0.6)
+            step = ahead * (LOST if reached is None else REJECTED)
             if step < SMALLEST_STEP * max(path.load_factor, first):
                 return path
         if changed:
@@ -158,21 +165,8 @@ def _followed(branch: Branch[State], path: Path[State], until_unstable: bool, un
         path.iterations += reached.iterations
         if path.steps > MECHANISM_STEPS and path.load_factor < MECHANISM_LOAD:
             return path
-        step *= _growth(turn * ahead, reached.turn, unseen)
+        step *= step_control.growth(turn * ahead, reached.turn, unseen)
     return path
-
-
-def _growth(predicted: float, corrected: float, unseen: float) -> float:
-    """Return the next step over this one; the corrector's turn grows with the square of the step."""
-    if corrected <= unseen:
-        return 4.0
-    wanted = min(np.sqrt(WANTED_CORRECTED_TURN / corrected), WANTED_SHARE * predicted / corrected)
-    return float(np.clip(wanted, 0.5, 4.0))
-
-
-def _allowed(predicted: float, unseen: float) -> float:
-    """Return by how much the corrector may turn the rod after the predictor turned it by ``predicted`` rad."""
-    return min(LARGEST_CORRECTED_TURN, max(LARGEST_SHARE * predicted, unseen))
 
 
 def _percent(path: Path[Any]) -> str:

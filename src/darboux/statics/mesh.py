@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,6 @@ from darboux.kernels.collocation import METHODS, PER_METHOD
 from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
 
 Array = NDArray[np.float64]
-
-EVENNESS = 0.3  # this part of the elements is laid evenly, the rest where the solution asks for them
-STEEPEST = 3.0  # neighbouring elements differ at most by this factor in the density that is asked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,18 +49,15 @@ class Mesh:
     def at(self, x: Array) -> Array:
         """Return the states at x (n,), ascending, by the polynomials through the start and the stages of each element: (n, 13)."""
         result = np.empty((len(x), STATES))
-        kernel.interpolate(self.x, self.y.ravel(), self.Y.ravel(), *_points_and_weights(self.stages), x, result.ravel())
+        kernel.interpolate(self.x, self.y.ravel(), self.Y.ravel(), self.stages, x, result.ravel())
         return result
 
     def laid(self, x: Array, stages: int | None = None) -> Mesh:
         """Return the same solution on other nodes, as the guess of a new one; x holds each station twice."""
-        stages = self.stages if stages is None else stages
-        y = self.at(x)
-        y[0], y[-1] = self.y[0], self.y[-1]
-        ours, theirs = self.joints, np.flatnonzero(np.diff(x) == 0.0)
-        y[theirs], y[theirs + 1] = self.y[ours], self.y[ours + 1]
-        y[:, ROTATION:FORCE] /= np.linalg.norm(y[:, ROTATION:FORCE], axis=1, keepdims=True)
-        return Mesh(x, y, self.at(stage_points(x, stages).ravel()).reshape(-1, stages, STATES))
+        stages = stages or self.stages
+        y, Y = np.empty((len(x), STATES)), np.empty((len(x) - 1, stages, STATES))
+        kernel.lay_on(self.x, self.y.ravel(), self.Y.ravel(), self.stages, x, y.ravel(), Y.ravel(), stages)
+        return Mesh(x, y, Y)
 
     def jointed(self, places: Array) -> Mesh:
         """Return the mesh with the nodes at the places (n,) doubled, by a joint each."""
@@ -88,8 +81,8 @@ class Mesh:
         The next derivative is taken from the jumps of the highest ones at the nodes, but for those at breaks
         (U. M. Ascher, J. Christiansen and R. D. Russell, Math. Comp. 33 (1979) 659, section 3).
         """
-        weights, result = _points_and_weights(self.stages)[1], np.empty(self.elements)
-        kernel.roughness(self.x, self.y.ravel(), self.Y.ravel(), breaks, weights, units(self.y), result)
+        result = np.empty(self.elements)
+        kernel.roughness(self.x, self.y.ravel(), self.Y.ravel(), self.stages, breaks, result)
         return result
 
     def redistributed(self, elements: int, breaks: Array, stages: int | None = None) -> Mesh:
@@ -101,22 +94,8 @@ class Mesh:
 
 def better_nodes(x: Array, wanted: Array, elements: int, breaks: Array) -> Array:
     """Return nodes so that the sum of ``wanted`` (per old element) is the same on every new one; breaks stay nodes."""
-    h = np.diff(x)
-    density = wanted / h
-    total = float(np.sum(wanted))
-    density = density / total if total > 0.0 else np.ones_like(density)
-    kernel.spread(density, STEEPEST)
-    density = (1.0 - EVENNESS) * density / float(density @ h) + EVENNESS
-    measure = np.concatenate([[0.0], np.cumsum(density * h)])
-    cuts = np.interp([0.0, *breaks, 1.0], x, measure)
-    parts = [np.array([0.0])]
-    for a, b in itertools.pairwise(cuts):
-        count = max(1, round((b - a) * elements))
-        parts.append(np.interp(np.linspace(a, b, count + 1)[1:], measure, x))
-    nodes = np.concatenate(parts)
-    for place in (*breaks, 1.0):
-        nodes[np.argmin(np.abs(nodes - place))] = place
-    return nodes
+    nodes = np.empty(elements + 2 * len(breaks) + 2)
+    return nodes[: kernel.lay(x, wanted, elements, breaks, nodes)]
 
 
 def stage_points(x: Array, stages: int) -> Array:
@@ -127,10 +106,9 @@ def stage_points(x: Array, stages: int) -> Array:
 
 def units(y: Array) -> Array:
     """Return by what the 13 states of the nodes y are measured: r and q by 1, n and m by their own largest."""
-    force, moment = (
-        1.0 + float(np.max(np.linalg.norm(y[:, a:b], axis=1))) for a, b in ((FORCE, MOMENT), (MOMENT, STATES))
-    )
-    return np.repeat([1.0, 1.0, force, moment], [3, 4, 3, 3])
+    result = np.empty(STATES)
+    kernel.units(np.ascontiguousarray(y).ravel(), result)
+    return result
 
 
 def size(change: Array, y: Array) -> float:
@@ -138,9 +116,3 @@ def size(change: Array, y: Array) -> float:
     scaled = change / units(y)
     parts = ((POSITION, ROTATION), (ROTATION, FORCE), (FORCE, MOMENT), (MOMENT, STATES))
     return max(float(np.max(np.linalg.norm(scaled[:, a:b], axis=1))) for a, b in parts)
-
-
-@lru_cache(maxsize=8)
-def _points_and_weights(stages: int) -> tuple[Array, Array]:
-    c = np.concatenate([[0.0], METHODS[stages * PER_METHOD : stages * PER_METHOD + stages]])
-    return c, np.array([1.0 / np.prod(c[j] - np.delete(c, j)) for j in range(stages + 1)])

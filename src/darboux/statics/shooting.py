@@ -21,6 +21,7 @@ from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.kernels import dormand_prince
 from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, SINV, STATES
+from darboux.kernels.stability import COMPLIANCE
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import coefficients, limits, load_path, stability
@@ -334,7 +335,7 @@ class _Pieces:
         if not self.has_potential:
             return None
         force = float(np.max(np.linalg.norm(state.y[:, _N], axis=1)))
-        data = self._data(load_factor, stability.COMPLIANCE / (1.0 + force))
+        data = self._data(load_factor, COMPLIANCE / (1.0 + force))
         transfer = np.empty((len(state.x) - 1, STATES, STATES))
         reached = np.empty(STATES)
         for i in range(len(transfer)):

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from darboux.kernels import second_variation as kernel
 from darboux.kernels.inertia import BLOCK
+from darboux.kernels.stability import FOUNDATION
 from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
 
-COMPLIANCE = 1e-7  # of stretch, over 1 + the largest dimensionless force
-FOUNDATION = 1e-5  # per length, over what the rod resists and carries: more than Newton's method leaves over on the way
 SAME = 1e-4  # relative: eigenvalues closer than this belong to one another
 TIED = 1e-6  # of the shift: what rounding alone makes of two equal eigenvalues
 LARGE = 0.99  # of the largest displacement: as large as that, but for rounding

@@ -1,0 +1,422 @@
+"""The equilibrium that starts at one load factor, followed while all loads and displacements grow: to load factor 1, or to its end.
+
+A tangent predictor, Newton's corrector, a step that is chosen by how far the rod turns; on the way the mesh is laid anew where it
+leaves out too much. What is followed is an affine law c + lambda c' of the coefficients, and poses that move evenly.
+
+The path is a machine of few phases, each a function below. It returns to Python where something is asked of it, and goes on
+when it is called again.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.kernels import step_control as control
+from darboux.kernels.algebra import dot, quaternion, rotation, unrotate, vector
+from darboux.kernels.collocation import FREE, ROW, SHAPED, SIDES, System, advance
+from darboux.kernels.jit import jit
+from darboux.kernels.mesh import lay, lay_on, roughness
+from darboux.kernels.newton import CONVERGED, LOADS, LOST, SIGN, STEPS, TANGENT_TURN, TURNED, Work, begin, newton
+from darboux.kernels.profile import Profile, columns, evaluate, piece_at
+from darboux.kernels.rod_equations import COUPLING, FORCE, MOMENT, ROTATION, SINV, STATES, WIDTH
+from darboux.kernels.stability import unstable_directions
+from darboux.kernels.support import NUMBERS, WAY, pose
+
+Array = NDArray[np.float64]
+
+STAGES = 2  # on the way only the branch matters
+TOLERANCE = 1e-4  # of what Newton's method leaves over on the way: the branch must be kept, not measured
+ROUGHNESS = 0.02  # of the polynomials on the way; where they leave out more the mesh is laid anew
+WANTED_ROUGHNESS = 0.002
+MOST_ITERATIONS = 8
+FEWEST_ELEMENTS, MOST_ELEMENTS = 8, 20_000
+
+# Why `follow` returns: load factor 1, an end, so many steps, loads that are functions of the shape are wanted at the states of the
+# mesh ASKED, stability changes (the mesh TRIED is behind that), the arrays are too small for WANTED elements.
+ARRIVED, ENDED, PAUSED, LOADS_WANTED, CROSSED, TOO_SMALL, GO_ON = 0, 1, 2, 3, 4, 5, 6
+
+
+class Rod(NamedTuple):
+    """A rod in numbers: what holds and loads it, affine in the load factor."""
+
+    breaks: Array  # of the table
+    base: Array  # (p, degree + 1, columns), the coefficients at load factor 0
+    rate: Array  # their derivative by the load factor
+    degree: int
+    ways: Array  # (supports, WAY), how the poses move
+    cuts: Array  # places that stay nodes
+    rounding: float  # of n: what a rounded place makes of EA
+    unseen: float  # rad by which the corrector may always turn the rod
+    stretches: bool
+    counts: bool  # whether the unstable directions are counted
+
+
+class Nodes(NamedTuple):
+    """A mesh with room to grow."""
+
+    x: Array
+    y: Array
+    Y: Array
+
+
+class Course(NamedTuple):
+    """What the path writes: three meshes, and what it keeps between two calls. `room` elements have a place in each array."""
+
+    room: int
+    here: Nodes  # the last equilibrium
+    tried: Nodes  # the next one
+    laid: Nodes  # that on a better mesh
+    tangent: Array  # of `here` by the load factor
+    next_tangent: Array
+    work: Work
+    table: Array  # the coefficients at the load factor of now
+    supports: Array  # (supports, NUMBERS), likewise
+    shaped_here: Array  # loads that are functions of the shape, or none
+    shaped: Array
+    real: Array  # (REALS,)
+    whole: NDArray[np.int64]  # (WHOLES,)
+
+
+# What is kept in `real`: the load factor, the one that is tried, the next step, the first one, the tangent's turn and the tried
+# mesh's, by how much the corrector turned the rod, the determinant's signs, the load factor of table and supports.
+FACTOR, GOAL, STEP, FIRST, TURN, NEXT_TURN, CORRECTED, SIGN_HERE, NEXT_SIGN, LOADED, REALS = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+)
+# ... and in `whole`: the phase, how many elements each mesh has, steps, rejected ones, Newton's iterations, the unstable directions
+# (UNCOUNTED: not known) here and there, which mesh is asked about, how many elements are wanted.
+PHASE, HERE, TRIED, LAID, TAKEN, REJECTED, ITERATIONS, INDEX, NEXT_INDEX, ASKED, WANTED, WHOLES = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+    11,
+)
+UNCOUNTED = -1
+
+BEGINNING, PREDICTING, AGAIN, CORRECTING, LAYING, SETTLING, JUDGING, ACCEPTING = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+@jit
+def load(rod: Rod, load_factor: float, table: Array, supports: Array) -> None:
+    """Write the coefficients and the supports' numbers at a load factor."""
+    for k in range(table.size):
+        table[k] = rod.base[k] + load_factor * rod.rate[k]
+    for i in range(supports.size // NUMBERS):
+        pose(rod.ways[i * WAY : (i + 1) * WAY], load_factor, supports[i * NUMBERS : (i + 1) * NUMBERS])
+
+
+@jit
+def _system(rod: Rod, course: Course, nodes: Nodes, elements: int, shaped: Array, load_factor: float) -> System:
+    """The system of a mesh at a load factor."""
+    if course.real[LOADED] != load_factor:
+        load(rod, load_factor, course.table, course.supports)
+        course.real[LOADED] = load_factor
+    return System(
+        STAGES,
+        nodes.x[: elements + 1],
+        nodes.y[: (elements + 1) * STATES],
+        nodes.Y[: elements * STAGES * STATES],
+        Profile(rod.breaks, course.table, rod.degree),
+        Profile(rod.breaks, rod.rate, rod.degree),
+        shaped[: elements * STAGES * SHAPED],
+        load_factor,
+    )
+
+
+@jit
+def _work(course: Course, elements: int) -> Work:
+    """The work of Newton's method on so many elements."""
+    work = course.work
+    return Work(
+        work.factors[: elements * FREE * ROW],
+        work.last,
+        work.delta[: (elements + 1) * FREE * SIDES],
+        work.y[: (elements + 1) * STATES],
+        work.Y[: elements * STAGES * STATES],
+        work.kept,
+    )
+
+
+@jit
+def _copy(source: Nodes, target: Nodes, elements: int) -> None:
+    target.x[: elements + 1] = source.x[: elements + 1]
+    target.y[: (elements + 1) * STATES] = source.y[: (elements + 1) * STATES]
+    target.Y[: elements * STAGES * STATES] = source.Y[: elements * STAGES * STATES]
+
+
+@jit
+def _floor(rod: Rod, nodes: Nodes, elements: int) -> float:
+    """Return what rounding makes of the length of Newton's step."""
+    largest = 0.0
+    if rod.rounding > 0.0:
+        for i in range(elements + 1):
+            for a in range(FORCE, MOMENT):
+                largest = max(largest, abs(nodes.y[i * STATES + a]))
+    return rod.rounding / (1.0 + largest)
+
+
+@jit
+def flattest(table: Profile, x: Array, y: Array) -> float:
+    """Return the least stretch v3 = 1 + (S^-1 R^T n + D^T R^T m)_3 at the nodes x (N + 1,) with the states y (N + 1, 13) flat."""
+    c, least = np.empty(columns(table)), np.inf
+    for i in range(x.size):
+        evaluate(table, piece_at(table.breaks, x[i]), x[i], c)
+        R = rotation(quaternion(y, i * STATES + ROTATION))
+        n, m = unrotate(R, vector(y, i * STATES + FORCE)), unrotate(R, vector(y, i * STATES + MOMENT))
+        v3 = 1.0 + c[SINV + 4] * n[0] + c[SINV + 3] * n[1] + c[SINV + 2] * n[2]
+        if c.size > WIDTH:
+            v3 += dot((c[COUPLING + 2], c[COUPLING + 5], c[COUPLING + 8]), m)
+        least = min(least, v3)
+    return least
+
+
+@jit
+def _counted(rod: Rod, course: Course, system: System) -> int:
+    return unstable_directions(system, course.supports, not rod.stretches) if rod.counts else UNCOUNTED
+
+
+@jit
+def _keep_tangent(course: Course, tangent: Array, elements: int) -> None:
+    for k in range((elements + 1) * FREE):
+        tangent[k] = course.work.delta[k * SIDES + 1]
+
+
+@jit
+def _begin(rod: Rod, course: Course) -> int:
+    """Find the tangent and the stability of the first equilibrium."""
+    real, whole, kept = course.real, course.whole, course.work.kept
+    system = _system(rod, course, course.here, whole[HERE], course.shaped_here, real[FACTOR])
+    begin(course.work)
+    reason = newton(system, course.supports, _work(course, whole[HERE]), np.inf, 0.0, 0)
+    whole[ITERATIONS] += 1
+    real[SIGN_HERE], real[TURN] = kept[SIGN], kept[TANGENT_TURN] if reason == CONVERGED else np.inf
+    _keep_tangent(course, course.tangent, whole[HERE])
+    whole[INDEX] = _counted(rod, course, system)
+    real[STEP] = control.LARGEST_STEP
+    whole[PHASE] = PREDICTING
+    return GO_ON
+
+
+@jit
+def _choose_step(course: Course) -> int:
+    """Let no section turn too far in a step from the last equilibrium, or in one after a step that was rejected."""
+    real, whole = course.real, course.whole
+    tries = whole[TAKEN] + whole[REJECTED]
+    if whole[PHASE] == PREDICTING:
+        if real[FACTOR] >= 1.0:
+            return ARRIVED
+        if tries >= control.MOST_STEPS or not np.isfinite(real[TURN]):
+            return ENDED
+        largest = min(control.LARGEST_STEP, control.LARGEST_PREDICTED_TURN / max(real[TURN], 1e-300))
+        real[STEP] = min(real[STEP], largest, 1.0 - real[FACTOR])
+        real[FIRST] = real[STEP] if whole[TAKEN] == 0 else real[FIRST]
+    elif real[STEP] < control.SMALLEST_STEP * max(real[FACTOR], real[FIRST]):
+        return ENDED
+    last = real[STEP] >= (1.0 - real[FACTOR]) * (1.0 - 1e-12)
+    real[GOAL] = 1.0 if last else real[FACTOR] + real[STEP]
+    return GO_ON
+
+
+@jit
+def _predict(rod: Rod, course: Course) -> int:
+    """Move the last equilibrium along its tangent."""
+    reason = _choose_step(course)
+    if reason != GO_ON:
+        return reason
+    real, whole = course.real, course.whole
+    elements, ahead = whole[HERE], real[GOAL] - real[FACTOR]
+    system = _system(rod, course, course.here, elements, course.shaped_here, real[FACTOR])
+    work = _work(course, elements)
+    for k in range((elements + 1) * FREE):
+        work.delta[k * SIDES] = ahead * course.tangent[k]
+    tried = course.tried
+    tried.x[: elements + 1] = system.x
+    advance(system, work.delta, ahead, 1.0, tried.y[: system.y.size], tried.Y[: system.Y.size])
+    begin(course.work)
+    whole[TRIED], whole[PHASE], whole[ASKED] = elements, CORRECTING, TRIED
+    return LOADS_WANTED if course.shaped.size > 0 else GO_ON
+
+
+@jit
+def _reject(course: Course, part: float) -> int:
+    """Try a shorter step."""
+    course.real[STEP] = part * (course.real[GOAL] - course.real[FACTOR])
+    course.whole[REJECTED] += 1
+    course.whole[PHASE] = AGAIN
+    return GO_ON
+
+
+@jit
+def _correct(rod: Rod, course: Course) -> int:
+    """Let Newton's method find the equilibrium, and see whether it is on the same branch and the mesh still good."""
+    real, whole, kept, elements = course.real, course.whole, course.work.kept, course.whole[TRIED]
+    system = _system(rod, course, course.tried, elements, course.shaped, real[GOAL])
+    before = kept[STEPS]
+    floor = _floor(rod, course.tried, elements)
+    reason = newton(system, course.supports, _work(course, elements), TOLERANCE, floor, MOST_ITERATIONS)
+    whole[ITERATIONS] += int(kept[STEPS] - before)
+    if reason == LOADS:
+        return LOADS_WANTED
+    if reason == LOST or (rod.stretches and not flattest(system.table, system.x, system.y) > 0.0):
+        return _reject(course, control.LOST)
+    real[CORRECTED], real[NEXT_SIGN], real[NEXT_TURN] = kept[TURNED], kept[SIGN], kept[TANGENT_TURN]
+    if real[CORRECTED] > control.allowed(real[TURN] * (real[GOAL] - real[FACTOR]), rod.unseen):
+        return _reject(course, control.REJECTED)
+    _keep_tangent(course, course.next_tangent, elements)
+    rough = _rough(rod, course)
+    largest, wanted = 0.0, 0.0
+    for part in rough:
+        largest = max(largest, part)
+        wanted += (part / WANTED_ROUGHNESS) ** (1.0 / (STAGES + 1))
+    whole[PHASE] = JUDGING
+    if largest > ROUGHNESS and rough.size < MOST_ELEMENTS:
+        whole[WANTED] = min(max(FEWEST_ELEMENTS, int(wanted) + 1, rough.size), 3 * rough.size)
+        whole[PHASE] = LAYING
+    return GO_ON
+
+
+@jit
+def _rough(rod: Rod, course: Course) -> Array:
+    """What the polynomials of the tried mesh leave out, for each element with a width."""
+    elements, tried = course.whole[TRIED], course.tried
+    wide = 0
+    for i in range(elements):
+        wide += 1 if tried.x[i + 1] > tried.x[i] else 0
+    rough = np.empty(wide)
+    y, Y = tried.y[: (elements + 1) * STATES], tried.Y[: elements * STAGES * STATES]
+    roughness(tried.x[: elements + 1], y, Y, STAGES, rod.cuts, rough)
+    return rough
+
+
+@jit
+def _lay(rod: Rod, course: Course) -> int:
+    """Lay a better mesh for the tried equilibrium."""
+    whole, tried, laid, elements = course.whole, course.tried, course.laid, course.whole[TRIED]
+    joints = course.supports.size // NUMBERS - 2
+    if whole[WANTED] + 2 * rod.cuts.size + joints + 2 > course.room:
+        return TOO_SMALL
+    share = _rough(rod, course) ** (1.0 / (STAGES + 1))
+    x, nodes = np.empty(share.size + 1), np.empty(whole[WANTED] + 2 * rod.cuts.size + 2)
+    wide = 0
+    for i in range(elements + 1):
+        if i == elements or tried.x[i + 1] > tried.x[i]:
+            x[wide] = tried.x[i]
+            wide += 1
+    count, k, old = lay(x, share, whole[WANTED], rod.cuts, nodes), 0, 0
+    for i in range(count):
+        laid.x[k] = nodes[i]
+        k += 1
+        while old < elements and tried.x[old] < nodes[i]:
+            old += 1
+        if old < elements and tried.x[old] == nodes[i] and tried.x[old + 1] == nodes[i]:
+            laid.x[k] = nodes[i]
+            k += 1
+    whole[LAID] = k - 1
+    y, Y = tried.y[: (elements + 1) * STATES], tried.Y[: elements * STAGES * STATES]
+    y_new, Y_new = laid.y[: k * STATES], laid.Y[: (k - 1) * STAGES * STATES]
+    lay_on(tried.x[: elements + 1], y, Y, STAGES, laid.x[:k], y_new, Y_new, STAGES)
+    begin(course.work)
+    whole[PHASE], whole[ASKED] = SETTLING, LAID
+    return LOADS_WANTED if course.shaped.size > 0 else GO_ON
+
+
+@jit
+def _settle(rod: Rod, course: Course) -> int:
+    """Solve on the better mesh; where that does not contract the old one serves."""
+    real, whole, kept, elements = course.real, course.whole, course.work.kept, course.whole[LAID]
+    system = _system(rod, course, course.laid, elements, course.shaped, real[GOAL])
+    before, floor = kept[STEPS], _floor(rod, course.laid, elements)
+    reason = newton(system, course.supports, _work(course, elements), TOLERANCE, floor, MOST_ITERATIONS)
+    whole[ITERATIONS] += int(kept[STEPS] - before)
+    if reason == LOADS:
+        return LOADS_WANTED
+    whole[PHASE] = JUDGING
+    if reason == CONVERGED and not (rod.stretches and not flattest(system.table, system.x, system.y) > 0.0):
+        _copy(course.laid, course.tried, elements)
+        whole[TRIED], real[NEXT_TURN] = elements, kept[TANGENT_TURN]
+        _keep_tangent(course, course.next_tangent, elements)
+    elif course.shaped.size > 0:
+        whole[ASKED] = TRIED
+        return LOADS_WANTED
+    return GO_ON
+
+
+@jit
+def _judge(rod: Rod, course: Course) -> int:
+    """Count the unstable directions; a change of stability counts once the step is short."""
+    real, whole = course.real, course.whole
+    system = _system(rod, course, course.tried, whole[TRIED], course.shaped, real[GOAL])
+    whole[NEXT_INDEX] = _counted(rod, course, system)
+    if rod.counts:
+        changed = whole[NEXT_INDEX] != whole[INDEX]
+    else:
+        changed = real[NEXT_SIGN] * real[SIGN_HERE] < 0.0
+    shortest = control.LATER_CROSSING_STEP if whole[INDEX] > 0 else control.CROSSING_STEP
+    if changed and real[GOAL] - real[FACTOR] > shortest:
+        return _reject(course, control.REJECTED)
+    whole[PHASE] = ACCEPTING
+    return CROSSED if changed else GO_ON
+
+
+@jit
+def _accept(rod: Rod, course: Course) -> int:
+    """Take the step, and choose the next one."""
+    real, whole, elements = course.real, course.whole, course.whole[TRIED]
+    _copy(course.tried, course.here, elements)
+    course.tangent[: (elements + 1) * FREE] = course.next_tangent[: (elements + 1) * FREE]
+    course.shaped_here[:] = course.shaped
+    real[STEP] = (real[GOAL] - real[FACTOR]) * control.growth(
+        real[TURN] * (real[GOAL] - real[FACTOR]), real[CORRECTED], rod.unseen
+    )
+    real[FACTOR], real[TURN], real[SIGN_HERE] = real[GOAL], real[NEXT_TURN], real[NEXT_SIGN]
+    whole[HERE], whole[INDEX], whole[PHASE] = elements, whole[NEXT_INDEX], PREDICTING
+    whole[TAKEN] += 1
+    if whole[TAKEN] > control.MECHANISM_STEPS and real[FACTOR] < control.MECHANISM_LOAD:
+        return ENDED
+    return GO_ON
+
+
+@jit
+def follow(rod: Rod, course: Course, most: int) -> int:
+    """Go on along the path, for at most `most` tries; return why it stops for now."""
+    phase, tries = course.whole, 0
+    while True:
+        if phase[PHASE] == BEGINNING:
+            reason = _begin(rod, course)
+        elif phase[PHASE] == PREDICTING or phase[PHASE] == AGAIN:
+            if tries == most:
+                return PAUSED
+            tries += 1
+            reason = _predict(rod, course)
+        elif phase[PHASE] == CORRECTING:
+            reason = _correct(rod, course)
+        elif phase[PHASE] == LAYING:
+            reason = _lay(rod, course)
+        elif phase[PHASE] == SETTLING:
+            reason = _settle(rod, course)
+        elif phase[PHASE] == JUDGING:
+            reason = _judge(rod, course)
+        else:
+            reason = _accept(rod, course)
+        if reason != GO_ON:
+            return reason
