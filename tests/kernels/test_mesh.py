@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -51,3 +53,33 @@ def test_density_never_jumps_by_more_than_a_factor() -> None:
     density = np.array([1.0, 1e-6, 1e-6, 1e-6, 5.0, 1e-3])
     kernel.spread(density, 3.0)
     np.testing.assert_allclose(density, [1.0, 1 / 3, 5 / 9, 5 / 3, 5.0, 5 / 3])
+
+
+@pytest.mark.parametrize("breaks", [[], [0.25], [0.25, 0.6, 0.6000001]])
+def test_elements_are_laid_where_they_are_wanted(breaks: list[float]) -> None:
+    """The share that is laid evenly and the rest, in the measure that NumPy sums: the same for all elements of a part."""
+    x = np.sort(np.concatenate([[0.0, 1.0], np.random.default_rng(3).random(30)]))
+    wanted = np.diff(x) * (1.0 + 2.0 * np.exp(-30.0 * (0.5 * (x[1:] + x[:-1]) - 0.4) ** 2))
+    nodes = np.empty(100)
+    nodes = nodes[: kernel.lay(x, wanted, 40, np.array(breaks), nodes)]
+    assert nodes[0] == 0.0
+    assert nodes[-1] == 1.0
+    assert set(breaks) <= set(nodes)
+    measure = np.concatenate([[0.0], np.cumsum(0.7 * wanted / np.sum(wanted) + 0.3 * np.diff(x))])
+    for a, b in itertools.pairwise([0.0, *breaks, 1.0]):
+        part = nodes[(nodes >= a) & (nodes <= b)]
+        shares = np.diff(np.interp(part, x, measure))
+        np.testing.assert_allclose(shares, np.mean(shares), rtol=1e-9)
+        assert len(shares) == max(1, round(40 * float(np.sum(shares))))
+
+
+def test_a_mesh_that_is_laid_anew_keeps_ends_and_stations() -> None:
+    rng = np.random.default_rng(5)
+    mesh = meshed(2, lambda x: np.column_stack([np.sin(x[:, None] * np.arange(1, 14))]) + 2.0)
+    mesh.y[2:4, 7:] += rng.normal(size=(2, 6))  # the states jump at the station
+    x = np.sort(np.concatenate([rng.random(9), [0.0, 0.3, 0.3, 1.0]]))
+    laid, at = mesh.laid(x, 3), int(np.searchsorted(x, 0.3))
+    np.testing.assert_array_equal(laid.y[[0, at, at + 1, -1], 7:], mesh.y[[0, 2, 3, -1], 7:])
+    np.testing.assert_allclose(np.linalg.norm(laid.y[1:at, 3:7], axis=1), 1.0)
+    assert laid.Y.shape == (len(x) - 1, 3, 13)
+    np.testing.assert_allclose(laid.Y.reshape(-1, 13), mesh.at(stage_points(x, 3).ravel()))

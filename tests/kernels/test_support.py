@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation, Slerp
 
 import darboux as dx
 from darboux import frames
@@ -76,3 +77,30 @@ def test_the_stiffness_is_the_second_derivative_of_the_energy() -> None:
     spring = conditions(SUPPORTS["spring"]).held(y, load_factor).stiffness
     np.testing.assert_allclose(spring, np.diag([2.0, 2.0, 2.0, 3.0, 3.0, 3.0]))
     assert len(c.numbers(1.0)) == kernel.NUMBERS
+
+
+@pytest.mark.parametrize("twist", [0.0, 7.0])
+def test_a_pose_goes_the_shortest_way_evenly(twist: float) -> None:
+    """Against SciPy's slerp, and the twist about the section's own axis; the rates against differences."""
+    c = conditions(dx.Clamped((0.3, 0.2, 0.7), frame=frames.rotation(np.array([0.4, -1.5, 0.8])), twist=twist))
+    y = state(6)
+    c.grow_from(y)
+    ends = Rotation.from_quat([y[3:7], c.way[kernel.TO_FRAME : kernel.TWIST]], scalar_first=True)
+    for load_factor in (0.0, 0.37, 1.0):
+        place, q = c.pose(load_factor)
+        np.testing.assert_allclose(place, (1.0 - load_factor) * y[:3] + load_factor * c.way[7:10], atol=1e-15)
+        about = Rotation.from_rotvec([0.0, 0.0, twist * load_factor])
+        expected = (Slerp([0.0, 1.0], ends)(load_factor) * about).as_matrix()
+        np.testing.assert_allclose(frames.matrix_of_quaternion(q), expected, atol=1e-14)
+        rates = c.numbers(load_factor)[kernel.PLACE_RATE :].copy()
+        ahead, behind = (np.concatenate(c.pose(load_factor + h)) for h in (1e-6, -1e-6))
+        np.testing.assert_allclose(rates, (ahead - behind) / 2e-6, atol=1e-9 * (1.0 + twist**2))
+
+
+def test_a_twist_is_of_the_way_where_all_grows_at_once() -> None:
+    c = conditions(dx.Clamped((0.0, 0.0, 0.7), twist=1.2))
+    y = state(6)
+    c.grow_from(y, all_at_once=True)
+    expected = frames.rotation(np.array([0.0, 0.0, 1.2]))
+    np.testing.assert_allclose(frames.matrix_of_quaternion(c.pose(1.0)[1]), expected, atol=1e-15)
+    np.testing.assert_allclose(c.pose(0.0)[1], y[3:7], atol=1e-15)

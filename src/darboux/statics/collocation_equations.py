@@ -24,7 +24,7 @@ from darboux.kernels.collocation import ROW as FACTOR_ROW
 from darboux.kernels.newton import Work
 from darboux.kernels.path import FEWEST_ELEMENTS, MOST_ITERATIONS, TOLERANCE
 from darboux.kernels.profile import Profile
-from darboux.kernels.rod_equations import DEAD_FORCE, FORCE, MOMENT, ROTATION, SINV, STATES
+from darboux.kernels.rod_equations import DEAD_FORCE, FORCE, K0, MOMENT, ROTATION, SINV, STATES
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
@@ -39,7 +39,7 @@ from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
-ANSWER = 2.2  # elements for an answer to 1e-9, over the sum of what the elements on the way leave out, each to the power of 1/3
+ANSWER = 9.0  # elements for an answer to 1e-9, over the sum of what the elements on the way leave out, each to the power of 1/3
 FIRST_ELEMENTS = 12
 LARGEST_NATURAL_TURN = 1.5  # rad of an unloaded rod's frame over an element of the first mesh
 SLACK = 1e-3  # compliance of stretch lent on the way to a rod held at both ends that has less: a stiff one meets all its buckling
@@ -131,8 +131,9 @@ class Equations:
         self.conditions = [self.start, *(conditions for _, conditions in self.stations), self.end]
         held_twice, sags = len(problem.supports) > 1, shape is not None and shape.sags
         self.slack = self.table.lent(SLACK, problem) if held_twice and not sags else 0.0
-        softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
-        self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
+        compliances = np.max(np.abs(self.table.coefficients[:, 0, :K0]), axis=0)
+        self.softest, stretch = float(np.max(compliances[:3])), float(np.max(compliances[SINV : SINV + 3]))
+        self.rounding = ROUNDING_STRAIN / stretch if stretch > 0.0 else 0.0  # of n: what a rounded place makes of EA
         self.has_potential = stability.has_potential(problem)
         self.iterations = 0
         self.free = 0  # free motions that the last step left alone

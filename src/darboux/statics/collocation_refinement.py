@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from darboux.kernels.path import MOST_ELEMENTS
 from darboux.kernels.rod_equations import FORCE, MOMENT
-from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics.coefficients import elastic_parts
+from darboux.solution import ErrorEstimate
 from darboux.statics.collocation_equations import Equations
 from darboux.statics.mesh import Mesh, size, units
 
@@ -17,6 +16,7 @@ Array = NDArray[np.float64]
 MOST_MESHES = 8
 SURE = 4.0  # the estimated error is this many times what the order promises
 GAIN = 64.0  # of the curve between the nodes, at least, where they are halved
+CURVE_ORDER = 8  # of the curve between the nodes
 ROUNDING = 2e-14  # no error below this is claimed, relative
 
 
@@ -40,8 +40,8 @@ def refined(
         gap = size(mesh.y[coarse[0].in_halves] - coarse[0].y, mesh.y)
         error = max(SURE * gap / 2.0**order, ROUNDING)
         if even or elements >= MOST_ELEMENTS or error <= rtol or attempt == MOST_MESHES - 1:
-            pair = (coarse[0], mesh) if even else _dense(equations, coarse[0], mesh, rtol, sharp)
-            return pair[1], _error(equations, *pair, order)
+            before, mesh, between = _dense(equations, coarse[0], mesh, rtol, sharp, 0 if even else MOST_ELEMENTS)
+            return mesh, _error(equations, before, mesh, between, order)
         elements = int(elements * np.clip(1.1 * (error / rtol) ** (1.0 / order), 1.2, 4.0)) + 1
     return None
 
@@ -53,44 +53,41 @@ def _laid_anew(equations: Equations, mesh: Mesh, elements: int, stages: int, eve
     return mesh.laid(np.sort(np.concatenate([x, mesh.x[mesh.joints]])), stages)
 
 
-def _dense(equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: float) -> tuple[Mesh, Mesh]:
-    """Halve the elements until the curve between the nodes is as good as the nodes are; return the last two meshes."""
-    while fine.elements < MOST_ELEMENTS:
+def _dense(
+    equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: float, most: int
+) -> tuple[Mesh, Mesh, float]:
+    """Halve the elements until the curve between the nodes is as good as the nodes are.
+
+    Returns the last two meshes, and what the curve of the last one misses between its nodes, relative.
+    """
+    while True:
         between = equations.scale.states(equations.curve(coarse, 1.0), fine.x)
         smooth = ~np.isin(fine.x, equations.breaks)
         gap = size((between - fine.y)[smooth], fine.y)
-        if gap <= GAIN * rtol + equations.table.between:
-            break
+        if gap <= GAIN * rtol + equations.table.between or fine.elements >= most:
+            return coarse, fine, SURE * gap / 2.0**CURVE_ORDER
         finer = equations.newton(fine.halved(), 1.0, sharp, most=6)
         if finer is None:
-            break
+            return coarse, fine, SURE * gap / 2.0**CURVE_ORDER
         coarse, fine = fine, finer[0]
-    return coarse, fine
 
 
-def _error(equations: Equations, coarse: Mesh, fine: Mesh, order: int) -> ErrorEstimate:
-    """Return what halving the elements changed, by the order's law, in SI units."""
+def _error(equations: Equations, coarse: Mesh, fine: Mesh, between: float, order: int) -> ErrorEstimate:
+    """Return what halving the elements changed, by the order's law, in SI units.
+
+    The energy is summed along the curve; its first variation by the states is at most that of n and m over their own size.
+    """
     share, scale = SURE / 2.0**order, equations.scale
     gaps = np.abs(fine.y[coarse.in_halves] - coarse.y)
     held = [0, *coarse.joints, *(coarse.joints + 1), len(coarse.x) - 1]
     force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
     unit = [float(x) for x in units(fine.y)]
-    problem, model, status = equations.problem, equations.problem.rod.model, Status("converged", "")
-    curves = [equations.curve(mesh, 1.0) for mesh in (coarse, fine)]
-    parts = [elastic_parts(problem, equations.table, curve, scale) for curve in curves]
-    energies = [  # of dense tables, elastic ones alone: loads in all their rows take long
-        sum(elastic) if elastic else EquilibriumSolution(problem, None, model, status, curve).energy.total
-        for elastic, curve in zip(parts, curves, strict=True)
-    ]
     place = float(np.max(np.linalg.norm(gaps[:, :3], axis=1)))
     averaged = equations.table.error
+    energy = unit[FORCE] + unit[MOMENT] * equations.softest * unit[MOMENT]
     return ErrorEstimate(
         max(share * place + averaged, ROUNDING) * scale.length,
         max(share * force + averaged * unit[FORCE], ROUNDING * unit[FORCE]) * scale.force,
         max(share * moment + averaged * unit[MOMENT], ROUNDING * unit[MOMENT]) * scale.moment,
-        # the energy is summed along the curve, which adds an error of its own
-        max(
-            SURE * share * float(np.ptp(energies)) + averaged * scale.moment,
-            ROUNDING * max(scale.moment, *(abs(energy) for energy in energies)),
-        ),
+        max(share * size(gaps, fine.y) + between + averaged, ROUNDING) * energy * scale.moment,
     )
