@@ -179,4 +179,4 @@ class Judge:
         assert found == sides, f"{found} on either side of {critical}, {sides} expected"
 
     def _keep(self, row: Row) -> None:
-        self.note("validation", json.dumps(dataclasses.asdict(row)))  # text passes from one process of pytest to another
+        self.note("validation", json.dumps(dataclasses.asdict(row)))  # text passes between the processes of pytest
