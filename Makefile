@@ -28,8 +28,8 @@ paper: $(KERNELS) ## every figure and number of the paper, into paper-figures/ (
 
 test: export MPLBACKEND = Agg
 test: export OPENBLAS_NUM_THREADS = 1
-test: $(DEV) $(KERNELS) ## the tests (ARGS="-k elastica" for some)
-	$(BIN)/python -m pytest $(ARGS)
+test: $(DEV) $(KERNELS) ## the tests, on every processor (ARGS="-k elastica" for some, ARGS="-n 0" in one process)
+	$(BIN)/python -m pytest --numprocesses logical --dist worksteal $(ARGS)
 
 fuzz: export MPLBACKEND = Agg
 fuzz: export DARBOUX_FUZZ = 2000
@@ -37,9 +37,9 @@ fuzz: $(DEV) $(KERNELS) ## 2,000 random problems, 300 by two methods, 500 random
 	$(BIN)/python -m pytest tests/test_any_problem.py tests/test_any_motion.py tests/test_any_file.py tests/test_close_places.py $(ARGS)
 
 validate: export MPLBACKEND = Agg
-validate: $(DEV) $(KERNELS) ## every reference case by every method, and docs/validation.md; kept answers that take long (some minutes)
+validate: $(DEV) $(KERNELS) ## every reference case by every method, and docs/validation.md; all other tests marked long
 	$(BIN)/python -m tests.validation.page $(ARGS)
-	$(BIN)/python -m pytest -m long tests/frozen
+	$(BIN)/python -m pytest -m long --ignore tests/validation
 
 mutants: $(DEV) ## wrong formulas that tests must see (some minutes; ARGS="band link" for some files)
 	$(BIN)/python -m tests.tools.mutants $(ARGS)

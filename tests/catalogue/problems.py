@@ -262,6 +262,13 @@ def _spinning() -> list[Entry]:
     ]
 
 
+# At its end a clamp holds it whatever is found. A quarter and the middle by Shooting(rtol=1e-11), which takes ten seconds.
+CABLE = (
+    lambda x: np.ravel(x.r(np.array([250.0, 500.0]))) / 1e3,
+    (0.24121433122226, 0, -0.06506785738269, 0.48999999999999, 0, -0.08748744533172),
+)
+
+
 def _by_shooting() -> list[Entry]:
     steel = dx.Material(E=210e9, nu=0.3, density=7850)
     rods: dict[str, dx.Equilibrium] = {}
@@ -303,7 +310,9 @@ def _by_shooting() -> list[Entry]:
         ],
     )
     return [
-        Entry(
+        Entry(name, problem, *CABLE, 1e-8)
+        if "kilometre" in name
+        else Entry(
             name,
             problem,
             lambda x: x.tip / x.problem.rod.length,

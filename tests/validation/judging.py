@@ -9,6 +9,7 @@ that 15 stands for 3 there.
 from __future__ import annotations
 
 import dataclasses
+import json
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -178,4 +179,4 @@ class Judge:
         assert found == sides, f"{found} on either side of {critical}, {sides} expected"
 
     def _keep(self, row: Row) -> None:
-        self.note("validation", row)
+        self.note("validation", json.dumps(dataclasses.asdict(row)))  # text passes between the processes of pytest

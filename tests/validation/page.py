@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import json
 import os
 import platform
 import sys
@@ -48,9 +49,9 @@ class Recorder:
         if report.failed:
             self.failed.append(report.nodeid)
         family = Path(report.nodeid.split("::")[0]).stem.removeprefix("test_")
-        for name, row in report.user_properties:
+        for name, text in report.user_properties:
             if name == "validation":
-                self.rows.setdefault(family, []).append((row, outcome))
+                self.rows.setdefault(family, []).append((Row(**json.loads(text)), outcome))
 
 
 def main(arguments: list[str]) -> int:
