@@ -103,7 +103,7 @@ lock: ## choose the locked versions anew (needs uv from the package index)
 
 clean: ## remove what the jobs made, but for the environment
 	rm -rf build dist paper-figures docs/_build docs/gallery .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .coverage .coverage.*
-	rm -f src/darboux/kernels/_*.so src/darboux/kernels/_*.pyd
+	rm -f src/darboux/kernels/_*.so src/darboux/kernels/_*.pyd $(KERNELS)
 	find $(wildcard src tests benchmarks examples) -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean ## remove the environment too

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pickle
 import shutil
@@ -15,7 +16,7 @@ import numpy as np
 import pytest
 
 import darboux
-from darboux.kernels import band, built, discrete_rod, jit
+from darboux.kernels import band, build, built, discrete_rod, jit
 
 PACKAGE = Path(darboux.__file__).parent
 KERNELS = PACKAGE / "kernels"
@@ -47,19 +48,69 @@ def test_built_kernels_are_taken_and_numba_is_not_asked_for(copy: Path) -> None:
     assert (done.stdout.split(), done.stderr) == (["True", "True"], "")
 
 
+OLD = "from numpy._core import _multiarray_umath as m; m.__cpu_features__ |= dict.fromkeys({features}, False); "
+
+
+@pytest.mark.parametrize("missing", ["AVX2", "F16C", "FMA3"])
+def test_kernels_for_a_newer_processor_are_left_aside(copy: Path, missing: str) -> None:
+    named_for(copy, built.V3)
+    old = OLD.format(features=[missing])
+    done = run(old + CHOICE, copy)
+    assert (done.stdout.split(), done.stderr) == (["True", "True"], "")
+    done = run(old + WITHOUT_NUMBA + CHOICE, copy)
+    assert done.returncode == 1
+    assert "newer than this processor" in done.stderr
+    assert "DARBOUX_CPU=generic" in done.stderr
+
+
+def test_the_doctor_tells_of_a_newer_processor(copy: Path, tmp_path: Path) -> None:
+    named_for(copy, built.V3)
+    doctor = "from darboux.cli.doctor import _kernels; print(_kernels())"
+    assert "for x86-64-v3, and lie in" in run(doctor, copy).stdout or not built.has_v3()
+    done = run(OLD.format(features=["AVX2"]) + doctor, copy, DARBOUX_CACHE=str(tmp_path))
+    assert "they compile when they are first called" in done.stdout
+    assert "newer than this processor" in done.stdout
+    assert "DARBOUX_CPU=generic" in done.stdout
+
+
+def test_kernels_for_every_processor_are_taken_on_an_old_one(copy: Path) -> None:
+    named_for(copy, "generic")
+    done = run(OLD.format(features=["AVX2", "F16C", "FMA3"]) + CHOICE, copy)
+    assert (done.stdout.split(), done.stderr) == (["False", "False"], "")
+
+
+def named_for(copy: Path, processor: str) -> None:
+    """Name the kernels as if they had been built for this processor."""
+    for name in built.modules():
+        (found,) = (copy / "darboux/kernels").glob(f"{built.extension(name)}.*{built.SUFFIX}")
+        found.rename(found.with_name(built.file(name, processor).name))
+
+
+def test_what_is_built_where_nobody_names_a_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DARBOUX_CPU", raising=False)
+    features = dict.fromkeys(("AVX2", "F16C", "FMA3"), True)
+    monkeypatch.setattr("numpy._core._multiarray_umath.__cpu_features__", features)
+    assert build.processor() == built.V3
+    for told in ({"AVX2": True, "F16C": True}, {}):  # told nothing of some, and of all
+        monkeypatch.setattr("numpy._core._multiarray_umath.__cpu_features__", told)
+        assert build.processor() == "generic"
+    monkeypatch.delattr("numpy._core._multiarray_umath.__cpu_features__")
+    assert build.processor() == "generic"
+    monkeypatch.setenv("DARBOUX_CPU", "znver3")
+    assert build.processor() == "znver3"
+
+
 def test_kernels_of_other_sources_are_left_aside(copy: Path) -> None:
     """Ring calls what is in band, so both are out of date; collocation is not, but kernels are taken all or none."""
-    before = {name: built.file(name).name for name in built.modules()}
+    before = built.modules()
     with (copy / "darboux/kernels/band.py").open("a") as file:
         file.write("# an edit\n")
     done = run(CHOICE, copy)
     assert done.stdout.split() == ["True", "True"]
     assert done.stderr.count("\n") == 1
     assert "make kernels" in done.stderr
-    done = run(
-        "from darboux.kernels import built\nfor name in built.modules(): print(name, built.file(name).name)", copy
-    )
-    after = dict(line.split() for line in done.stdout.splitlines())
+    done = run("import json; from darboux.kernels import built; print(json.dumps(built.modules()))", copy)
+    after = json.loads(done.stdout)
     changed = {name for name in before if before[name] != after[name]}
     assert {"band", "ring", "rod_motion"} <= changed
     assert not {"collocation", "dormand_prince", "rod_equations"} & changed
@@ -140,7 +191,7 @@ print(band.factor(lower, n), band.solve(lower, n, b), lower.tobytes().hex(), b.t
 @pytest.mark.slow
 def test_built_kernels_give_the_numbers_of_those_that_compile_at_the_first_call(tmp_path: Path) -> None:
     """Bit for bit, compiled for the same processor."""
-    same = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "DARBOUX_CACHE": str(tmp_path)}
+    same = {"NUMBA_CPU_NAME": built.processor() or "", "NUMBA_CPU_FEATURES": "", "DARBOUX_CACHE": str(tmp_path)}
     ours, theirs = run(SOLVED).stdout.split(), run(SOLVED, DARBOUX_JIT="1", **same).stdout.split()
     assert (ours.pop(), theirs.pop()) == ("False", "True")
     assert ours == theirs

@@ -30,7 +30,7 @@ def doctor(json: Json = False) -> None:
     for name, check in checks:
         try:
             found[name] = {"fine": True, "words": check()}
-        except _Ill as illness:
+        except (_Ill, ModuleNotFoundError) as illness:
             found[name] = {"fine": False, "words": str(illness)}
         if not json:
             mark = "[green]fine[/]" if found[name]["fine"] else "[red]mend[/]"
@@ -91,19 +91,22 @@ def _kernels() -> str:
     from darboux.kernels import built, jit
 
     if not jit.AT_FIRST_CALL:
-        return f"they were compiled when darboux was built, and lie in {built.FOLDER}"
+        return f"they were compiled when darboux was built, for {built.processor()}, and lie in {built.FOLDER}"
     try:
-        from darboux.kernels import first_call
+        first_call = jit.first_call_module()
     except ModuleNotFoundError as error:
-        raise _Ill("they are not built, and numba, which else compiles them, is missing: pip install numba") from error
+        raise _Ill(str(error)) from error
     if first_call.CACHE is None:
         raise _Ill(
             "no folder is writable, so kernels compile anew each time; name one by DARBOUX_CACHE=/a/folder/of/yours"
         )
     count = len(list(first_call.CACHE.glob("*.nbi")))
-    return f"they compile when they are first called; {count} are kept in {first_call.CACHE}" + (
-        "" if count else " (the first solve compiles; or: darboux warmup)"
-    )
+    words = f"they compile when they are first called; {count} are kept in {first_call.CACHE}"
+    if not count:
+        words += " (the first solve compiles; or: darboux warmup)"
+    if built.is_too_new():
+        words += f"; they were built for {built.V3}, which is newer than this processor: to mend it, {built.FOR_ALL}"
+    return words
 
 
 def _self_test() -> str:

@@ -2,8 +2,9 @@
 
     python -m darboux.kernels.build
 
-DARBOUX_CPU names the processor as LLVM does, or says "host", and all is compiled anew (to undo it: make clean). Without it
-the machine code runs on every processor of this kind.
+The machine code is for x86-64-v3 (AVX2 and FMA) where this processor has that, and else for every one of its kind.
+DARBOUX_CPU names another as LLVM does, says "generic" for every one, or "host" for this one. When darboux is imported it looks
+whether the processor has x86-64-v3, and at nothing else that DARBOUX_CPU may name.
 """
 
 from __future__ import annotations
@@ -43,17 +44,23 @@ def has_compiler() -> bool:
     return bool(external_compiler_works())
 
 
+def processor() -> str:
+    """Return the processor to build for."""
+    return os.environ.get("DARBOUX_CPU") or (built.V3 if built.has_v3() else "generic")
+
+
 def build() -> list[Path]:
-    """Compile each module whose sources have changed, remove what belongs to older ones, and return the files."""
-    files = {name: built.file(name) for name in built.modules()}
-    for old in built.FOLDER.glob(f"_*{built.SUFFIX}"):
+    """Compile each module whose sources or processor have changed, remove what belongs to others, and return the files."""
+    files = {name: built.file(name, processor()) for name in built.modules()}
+    for old in built.files():
         if old not in files.values():
             old.unlink()
-    anew = "DARBOUX_CPU" in os.environ
+    anew = processor() == "host"  # which need not be the same one as before
     missing = [name for name, file in files.items() if anew or not file.exists()]
     missing.sort(key=lambda name: -(built.FOLDER / f"{name}.py").stat().st_size)  # the longest first
     if missing:
-        _say(f"darboux: compiling its numerical kernels ({', '.join(missing)}); some minutes, once ...")
+        names = ", ".join(missing)
+        _say(f"darboux: compiling its numerical kernels for {processor()} ({names}); some minutes, once ...")
         with TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
             for line in pool.map(_in_a_process, missing, repeat(_helpers(folder))):
                 _say(line)
@@ -76,9 +83,8 @@ def _in_a_process(name: str, helpers: list[str]) -> str:
     """Compile one module in a process of its own, for numba compiles one function at a time."""
     began = time.perf_counter()
     path = os.pathsep.join(filter(None, [str(built.FOLDER.parents[1]), os.environ.get("PYTHONPATH")]))
-    cpu = os.environ.get("DARBOUX_CPU", "")
     # By these numba compiles what kernels call for the same processor as the kernels.
-    target = {} if cpu == "host" else {"NUMBA_CPU_NAME": cpu or "generic", "NUMBA_CPU_FEATURES": ""}
+    target = {} if processor() == "host" else {"NUMBA_CPU_NAME": processor(), "NUMBA_CPU_FEATURES": ""}
     done = subprocess.run(
         [sys.executable, "-m", "darboux.kernels.build", name, *helpers],
         env=os.environ | target | {"PYTHONPATH": path, "DARBOUX_JIT": "1"},
@@ -108,9 +114,9 @@ def _compile(name: str, helpers: list[str]) -> None:
     module = importlib.import_module(f"darboux.kernels.{name}")
     _leave_out_what_python_calls()
     extension = CC(built.extension(name), source_module=module)
-    extension.target_cpu = os.environ.get("DARBOUX_CPU", "")
+    extension.target_cpu = processor()
     extension.output_dir = str(built.FOLDER)
-    extension.output_file = built.file(name).name
+    extension.output_file = built.file(name, processor()).name
     for word, kernel in vars(module).items():
         if _is_public(kernel, word, module):
             signature, flat = _flat(kernel)

@@ -1,7 +1,8 @@
 """Kernels that were compiled when darboux was built: whether they are there, and how Python calls them.
 
-Each module with public kernels has an extension module beside it, `_band_0a1b2c3d4e5f` for band.py. Its name ends in the
-digest of the sources that it was made from, so that another state of the sources does not find it.
+Each module with public kernels has an extension module beside it, `_band_0a1b2c3d4e5f.x86-64-v3` for band.py. Its name holds
+the digest of the sources that it was made from, so that another state of the sources does not find it, and the processor that
+it was made for, as LLVM calls it: what was made for x86-64-v3 is not taken on a processor that is older.
 
 The compiled function takes numbers and arrays one after another, see calling.py; `kernel` makes the function that takes
 tuples apart, and looks at each array: the compiled function trusts that it is contiguous and of its type.
@@ -25,6 +26,8 @@ from darboux.kernels import calling
 
 FOLDER = Path(__file__).parent
 SUFFIX = importlib.machinery.EXTENSION_SUFFIXES[0]
+V3 = "x86-64-v3"
+FOR_ALL = "in a copy of the repository, DARBOUX_CPU=generic pip install ."  # how to build for every processor
 TOOLS = {"built", "build", "first_call", "jit"}  # of them calling.py alone has a part in what comes out
 TYPES = {"float64": np.dtype(np.float64), "int64": np.dtype(np.int64), "bool": np.dtype(np.bool_)}
 PUBLIC = re.compile(r"^@jit\ndef (?!_)", re.MULTILINE)
@@ -59,27 +62,44 @@ def extension(name: str) -> str:
     return f"_{name}_{modules()[name]}"
 
 
-def file(name: str) -> Path:
-    """Return where it lies."""
-    return FOLDER / (extension(name) + SUFFIX)
+def file(name: str, processor: str) -> Path:
+    """Return where it lies, built for a processor."""
+    return FOLDER / f"{extension(name)}.{processor}{SUFFIX}"
 
 
-def is_whole() -> bool:
-    """Whether all kernels were built from today's sources."""
-    return all(file(name).exists() for name in modules())
+def files() -> list[Path]:
+    """Return all extension modules, of whatever sources and for whatever processor."""
+    return list(FOLDER.glob(f"_*{SUFFIX}"))
 
 
-def is_stale() -> bool:
-    """Whether some were built from other sources."""
-    return any(FOLDER.glob(f"_*{SUFFIX}"))
+@functools.cache
+def processor() -> str | None:
+    """Return the processor that all kernels were built for from today's sources, or None where they were not."""
+    found = sorted({path.name.removesuffix(SUFFIX).rpartition(".")[2] for path in files()})
+    return next((each for each in found if all(file(name, each).exists() for name in modules())), None)
+
+
+def has_v3() -> bool:
+    """Whether this processor has the instructions of x86-64-v3; not where NumPy does not tell."""
+    try:
+        from numpy._core._multiarray_umath import __cpu_features__ as features  # type: ignore[import-not-found]
+    except ImportError:
+        return False
+    # Not every NumPy lists the others (BMI1, BMI2, LZCNT, MOVBE); no processor came with these three and without them.
+    return all(features.get(name, False) for name in ("AVX2", "F16C", "FMA3"))
+
+
+def is_too_new() -> bool:
+    """Whether the kernels were built for a newer processor than this one."""
+    return processor() == V3 and not has_v3()
 
 
 @functools.cache
 def _loaded(name: str) -> ModuleType:
-    full = f"darboux.kernels.{extension(name)}"
-    spec = importlib.util.spec_from_file_location(full, file(name))
+    path = file(name, processor() or "")
+    spec = importlib.util.spec_from_file_location(f"darboux.kernels.{extension(name)}", path)
     if spec is None or spec.loader is None:
-        raise ImportError(f"{file(name)} is no extension module")
+        raise ImportError(f"{path} is no extension module")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

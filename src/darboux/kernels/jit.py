@@ -1,7 +1,7 @@
 """The one way a kernel is declared: `jit`, or `inline` for a small helper.
 
-Kernels compiled when darboux was built are taken where they match their sources; then numba is not even imported.
-Elsewhere numba compiles them when they are first called, and the public call says so in one line on standard error:
+Kernels compiled when darboux was built are taken where they match their sources and this processor; then numba is not even
+imported. Elsewhere numba compiles them when they are first called, and the public call says so in one line on standard error:
 before it compiles, and how long it took. DARBOUX_JIT=1 chooses the second way.
 """
 
@@ -25,9 +25,9 @@ def _at_first_call() -> bool:
     """Whether kernels are compiled when they are first called; says so where those that were built are out of date."""
     if any(os.environ.get(name, "0") not in ("", "0") for name in ("DARBOUX_JIT", "NUMBA_DISABLE_JIT")):
         return True
-    if built.is_whole():
-        return False
-    if built.is_stale():
+    if built.processor():
+        return built.is_too_new()
+    if built.files():
         print(  # noqa: T201
             "darboux: its kernels were changed after they were built, so they compile when they are first called; "
             "build them anew by: make kernels",
@@ -43,23 +43,27 @@ def jit(function: Kernel) -> Kernel:
     """Declare a kernel; its annotations tell how it is called, see calling.py."""
     if not AT_FIRST_CALL:
         return built.kernel(function)  # type: ignore[no-any-return]
-    return _first_call().kernel(function)  # type: ignore[no-any-return]
+    return first_call_module().kernel(function)  # type: ignore[no-any-return]
 
 
 def inline(function: Kernel) -> Kernel:
     """Declare a small helper that is inlined into every kernel that calls it."""
-    return _first_call().helper(function) if AT_FIRST_CALL else function
+    return first_call_module().helper(function) if AT_FIRST_CALL else function
 
 
-def _first_call() -> Any:
+def first_call_module() -> Any:
+    """Return the module that compiles kernels at their first call, or say how to get them compiled where numba is missing."""
     try:
         from darboux.kernels import first_call
     except ModuleNotFoundError as error:
         if error.name != "numba":
             raise
+        what, mend = "are not built", "in a source tree, make kernels"
+        if built.is_too_new():
+            what, mend = f"were built for {built.V3}, which is newer than this processor", built.FOR_ALL
         raise ModuleNotFoundError(
-            "the kernels of darboux are not built, and numba, which else compiles them when they are first called, "
-            "is not installed: pip install numba, or, in a source tree, make kernels",
+            f"the kernels of darboux {what}, and numba, which else compiles them when they are first called, "
+            f"is not installed: pip install numba, or, {mend}",
             name="numba",
         ) from error
     return first_call
