@@ -58,6 +58,9 @@ STATIONS = "test_linearisation.py::test_at_two_stations"
 SIGN = "test_linearisation.py::test_the_sign_of_the_determinant_changes_where_a_column_buckles"
 TRANSFERS = "test_linearisation.py::test_transfers_carry_the_difference_of_two_steps"
 GAUSS = "kernels/test_collocation.py::test_weights_integrate_polynomials"
+POSE = "kernels/test_support.py::test_a_pose_goes_the_shortest_way_evenly"
+LAID = "kernels/test_mesh.py::test_elements_are_laid_where_they_are_wanted"
+SINGULAR = "kernels/test_singular_values.py::test_free_motions_are_left_alone"
 SPRING = "test_collocation.py::test_a_rotational_spring_gives_what_its_energy_says"
 PIECES = "kernels/test_second_variation.py::test_the_sum_is_the_energy_of_the_pieces"
 HELD = "kernels/test_second_variation.py::test_a_held_node_keeps_its_motions_and_forces"
@@ -72,6 +75,7 @@ MUTANTS = (
     Mutant("kernels/rod_equations.py", "dm = minus(cross(x.n, dr), l)", "dm = plus(cross(x.n, dr), l)", DERIVATIVE),
     Mutant("kernels/rod_equations.py", "put(dy, j + FORCE * step, step, (-f[0], -f[1], -f[2]))", "put(dy, j + FORCE * step, step, f)", DERIVATIVE),
     Mutant("kernels/rod_equations.py", "v = plus((0.0, 0.0, 1.0), symmetric_times(c, SINV, material_n))", "v = (0.0, 0.0, 1.0)", DERIVATIVE),
+    Mutant("kernels/rod_equations.py", "minus(x.v, (0.0, 0.0, 1.0))", "x.v", EVERY_LOAD),
     Mutant("kernels/rod_equations.py", "k = plus(vector(c, K0), symmetric_times(c, BINV, material_m))", "k = symmetric_times(c, BINV, material_m)", DERIVATIVE),
     Mutant("kernels/band.py", "lower[target + i] -= scale * lower[column + i]", "lower[target + i] += scale * lower[column + i]", LAPACK),
     Mutant("kernels/band.py", "x0 -= lower[o + i] * x", "x0 += lower[o + i] * x", LAPACK),
@@ -96,10 +100,8 @@ MUTANTS = (
     Mutant("kernels/collocation.py", "g[j + STATES + row + a] -= shaped[f + a]", "g[j + STATES + row + a] -= load_factor * shaped[f + a]", EVERY_LOAD),
     Mutant("kernels/collocation.py", "before = J[k_ab] if part == 0 else 0.0", "before = 0.0", EVERY_ROD),
     Mutant("kernels/collocation.py", "J[(row + a) * STATES + ROTATION + b] -= load_factor * by_turn[a]", "J[(row + a) * STATES + ROTATION + b] += load_factor * by_turn[a]", EVERY_ROD),
-    Mutant("kernels/collocation.py", "put(dy, j + MOMENT, 1, minus(cross(n, dr), l))", "put(dy, j + MOMENT, 1, plus(cross(n, dr), l))", EVERY_LOAD),
-    Mutant("kernels/collocation.py", "plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)), rotate(frame, vector(c, FOLLOWER_FORCE))", "plus(vector(c, DEAD_FORCE), times(c, FORCE_GRADIENT, r)), vector(c, FOLLOWER_FORCE)", EVERY_LOAD),
-    Mutant("kernels/collocation.py", "dr = scaled(yielding * dot(n, d3), d3)", "dr = scaled(-yielding * dot(n, d3), d3)", LETS_GO),
-    Mutant("kernels/collocation.py", "put_quaternion(g, j + STATES + ROTATION, 1, dq)", "pass", LETS_GO),
+    Mutant("kernels/collocation.py", "write_rate(Y, y, rate, g, j + STATES)", "write_derivative(Y, y, rate, g, j + STATES, 1)", EVERY_LOAD),
+    Mutant("kernels/collocation.py", "evaluate(system.rate, piece, place, rate)", "evaluate(table, piece, place, rate)", LETS_GO),
     Mutant("kernels/collocation.py", "while piece < table.breaks.size - 2 and table.breaks[piece + 1] <= place:", "while False:", EVERY_ROD),
     Mutant("kernels/collocation.py", "X[x + (a + 1) * width - SIDES] += start[number]", "X[x + (a + 1) * width - SIDES] -= start[number]", STATIONS),
     Mutant("kernels/collocation.py", "METHODS[weights + j * count + l]", "METHODS[weights + l * count + j]", STATIONS),
@@ -116,6 +118,9 @@ MUTANTS = (
     Mutant("kernels/support.py", "out[(3 + a) * 7] += load_factor * dot(d, A)", "out[(3 + a) * 7] -= load_factor * dot(d, A)", "kernels/test_support.py::test_the_stiffness_is_the_second_derivative_of_the_energy"),
     Mutant("kernels/support.py", "put(out, 18 + count, 6, axis)", "put(out, count, 6, axis)", "kernels/test_support.py::test_free_motions_change_nothing_that_is_held"),
     Mutant("kernels/support.py", "axis = rotate(R, unrotate(R0, axis))", "axis = unrotate(R0, axis)", "kernels/test_support.py::test_free_motions_change_nothing_that_is_held"),
+    Mutant("kernels/support.py", "rate[1] * cosine - rate[0] * sine", "rate[1] * cosine + rate[0] * sine", POSE),
+    Mutant("kernels/support.py", "rate[2] + way[TWIST]", "rate[2]", POSE),
+    Mutant("kernels/support.py", "_along(quaternion(way, FROM_FRAME), load_factor * angle, axis)", "_along(quaternion(way, FROM_FRAME), angle, axis)", POSE),
     Mutant("kernels/second_variation.py", "T[first + 3 + a] -= 0.5 * more[a]", "T[first + 3 + a] += 0.5 * more[a]", PIECES),
     Mutant("kernels/second_variation.py", "below[at + a * BLOCK + HALF + b] = inverse[b * HALF + a]", "below[at + a * BLOCK + HALF + b] = inverse[a * HALF + b]", PIECES),
     Mutant("kernels/second_variation.py", "D[first + k * along] += line[a] * motions[a * HALF + k]", "D[first + k * along] += line[a] * motions[k * HALF + a]", HELD),
@@ -123,9 +128,15 @@ MUTANTS = (
     Mutant("kernels/mesh.py", "jump /= 0.5 * (h + last)", "jump /= h + last", ROUGH),
     Mutant("kernels/mesh.py", "breaks[next_break] == x[i]", "breaks[next_break] == x[i + 1]", ROUGH),
     Mutant("kernels/mesh.py", "share *= t - c[k]", "share *= t + c[k]", "kernels/test_mesh.py::test_the_polynomials_are_exact_up_to_their_degree"),
+    Mutant("kernels/mesh.py", "(1.0 - EVENNESS) * density[i] / total + EVENNESS", "density[i] / total", LAID),
+    Mutant("kernels/mesh.py", "measure[piece] + part * (measure[piece + 1] - measure[piece])", "measure[piece + 1]", LAID),
+    Mutant("kernels/mesh.py", "            while x[i + 1] > x[i]:\n                i += 1\n", "", "kernels/test_mesh.py::test_a_mesh_that_is_laid_anew_keeps_ends_and_stations"),
+    Mutant("kernels/singular_values.py", "sine * x + cosine * y", "sine * x - cosine * y", SINGULAR),
+    Mutant("kernels/singular_values.py", "size[j] <= FREE_MOTION * largest and abs(wanted)", "abs(wanted)", SINGULAR),
+    Mutant("kernels/singular_values.py", "abs(wanted) <= IDLE * np.sqrt(norm[side]) + NOISE", "True", "kernels/test_singular_values.py::test_what_is_asked_for_along_a_free_motion_is_done"),
     Mutant("kernels/framed_curve.py", "w * g - a * j + b * e + c * f", "w * g + a * j + b * e - c * f", "kernels/test_framed_curve.py::test_turns_follow_one_another"),
     Mutant("kernels/framed_curve.py", "scaled(4.0, middle)", "scaled(3.0, middle)", HELIX),
-    Mutant("kernels/newton.py", "kept[SIGN] *= np.sign(pivot)", "pass", SIGN),
+    Mutant("kernels/newton.py", "= sign * np.sign(pivot), 0.0", "= sign, 0.0", SIGN),
     Mutant("kernels/newton.py", "length > max(0.5 * last, 10.0 * tolerance, floor)", "length > max(2.0 * last, 10.0 * tolerance, floor)", SETTLES),
     Mutant("kernels/newton.py", "(length / last) ** 2 if np.isfinite(last)", "(length / last) ** 3 if np.isfinite(last)", SETTLES),
     Mutant("kernels/support.py", "z = a * h - d * e - b * g + c * f", "z = a * h + d * e - b * g + c * f", SPRING),
