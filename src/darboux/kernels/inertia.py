@@ -53,21 +53,26 @@ def _pivot(F: Array, first: int, n: int, beside: Array) -> tuple[int, int, float
         ratio = size / largest if largest > 0.0 else (np.inf if size > 0.0 else 0.0)
         if ratio > best:
             best_i, best_j, best = i, i, ratio
-        if best >= PIVOT:
-            return best_i, best_j, best
-    for i in range(first, n):
         for j in range(first, i):
             a, b, c = F[i * FRONT + i], F[i * FRONT + j], F[j * FRONT + j]
-            x = beside[3 * i + 2] if beside[3 * i + 1] == j else beside[3 * i]
+            x = second if at == j else largest
             y = beside[3 * j + 2] if beside[3 * j + 1] == i else beside[3 * j]
             growth = max(abs(c) * x + abs(b) * y, abs(b) * x + abs(a) * y)
             det = abs(a * c - b * b)
             ratio = det / growth if growth > 0.0 else (np.inf if det > 0.0 else 0.0)
             if ratio > best:
                 best_i, best_j, best = i, j, ratio
-            if best >= PIVOT:
-                return best_i, best_j, best
+        if best >= PIVOT:
+            break
     return best_i, best_j, best
+
+
+@inline
+def _take_off(F: Array, rows: int, i: int, factor: float, pivot: int) -> None:
+    """Take a multiple of the pivot's row off the first entries of row i."""
+    to, of = np.uint64(i * FRONT), np.uint64(pivot * FRONT)
+    for k in range(np.uint64(rows)):
+        F[to + k] -= factor * F[of + k]
 
 
 @jit
@@ -79,20 +84,16 @@ def _eliminate(F: Array, n: int, two: bool) -> int:
         if d == 0.0:
             return 0
         for i in range(p):
-            factor = F[i * FRONT + p] / d
-            for k in range(i + 1):
-                F[i * FRONT + k] -= factor * F[k * FRONT + p]
-                F[k * FRONT + i] = F[i * FRONT + k]
+            _take_off(F, p, i, F[p * FRONT + i] / d, p)
         return 1 if d < 0.0 else 0
     q = n - 2
     a, b, c = F[q * FRONT + q], F[q * FRONT + p], F[p * FRONT + p]
     det = a * c - b * b
     for i in range(q):
-        x, y = F[i * FRONT + q], F[i * FRONT + p]
+        x, y = F[q * FRONT + i], F[p * FRONT + i]
         at_q, at_p = (c * x - b * y) / det, (a * y - b * x) / det
-        for k in range(i + 1):
-            F[i * FRONT + k] -= at_q * F[k * FRONT + q] + at_p * F[k * FRONT + p]
-            F[k * FRONT + i] = F[i * FRONT + k]
+        _take_off(F, q, i, at_q, q)
+        _take_off(F, q, i, at_p, p)
     return 1 if det < 0.0 else (2 if a < 0.0 else 0)
 
 

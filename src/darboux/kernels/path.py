@@ -28,7 +28,7 @@ from darboux.kernels.support import NUMBERS, WAY, pose
 Array = NDArray[np.float64]
 
 STAGES = 2  # on the way only the branch matters
-TOLERANCE = 1e-4  # of what Newton's method leaves over on the way: the branch must be kept, not measured
+TOLERANCE = 1e-3  # of what Newton's method leaves over on the way: the branch must be kept, not measured
 ROUGHNESS = 0.02  # of the polynomials on the way; where they leave out more the mesh is laid anew
 WANTED_ROUGHNESS = 0.002
 MOST_ITERATIONS = 8

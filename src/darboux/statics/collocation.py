@@ -38,8 +38,8 @@ class Collocation:
     """Gauss collocation with ``stages`` points per element, Newton's method on the exact Jacobian and an adaptive mesh.
 
     Order 2 stages at the nodes. Every quadratic invariant of the equations (|q|, and of an unloaded rod m + r x n and
-    m . n) holds to rounding. The branch that starts at the unloaded rod is followed on a coarse mesh; then the mesh is
-    laid anew until the answer's estimated error is below ``rtol``. The error is estimated by halving every element;
+    m . n) holds to rounding. The branch that starts at the unloaded rod is followed on a coarse mesh, with two points per
+    element; then the mesh is laid anew until the answer's estimated error is below ``rtol``. The error is estimated by halving every element;
     the answer is the finer of the two. Domain: any single rod; smooth or piecewise smooth data.
 
     Arguments: ``rtol`` wanted error of the positions over L, and of forces and moments over their largest, 1e-13 to
