@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import darboux as dx
-from darboux.statics.collocation_equations import Equations
+from darboux.kernels import path
+from darboux.kernels.rod_equations import STATES
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.shooting import _Pieces
 
@@ -27,7 +28,21 @@ def disturbed(seed: int, size: float = DISTURBANCE) -> Iterator[None]:
     """Disturb every state that a load path predicts, as the rounding of another processor does."""
     rng = np.random.default_rng(seed)
     with pytest.MonkeyPatch.context() as patch:
-        for branch in (Equations, ChainBranch, _Pieces):
+        follow = path.follow
+
+        def one_step(rod: path.Rod, course: path.Course, most: int) -> int:
+            reason = int(follow(rod, course, 1))
+            if reason == path.PAUSED:
+                elements = course.whole[path.HERE]
+                for states in (
+                    course.here.y[: (elements + 1) * STATES],
+                    course.here.Y[: elements * rod.stages * STATES],
+                ):
+                    states += size * rng.normal(size=states.size)
+            return reason
+
+        patch.setattr(path, "follow", one_step)
+        for branch in (ChainBranch, _Pieces):
 
             def predict(self: Any, state: Any, tangent: Any, step: float, own: Any = branch.predict) -> Any:
                 return own(self, state, tangent + size / step * rng.normal(size=tangent.shape), step)

@@ -27,15 +27,12 @@ from darboux.kernels.support import NUMBERS, WAY, pose
 
 Array = NDArray[np.float64]
 
-STAGES = 2  # on the way only the branch matters
-TOLERANCE = 1e-3  # of what Newton's method leaves over on the way: the branch must be kept, not measured
-ROUGHNESS = 0.02  # of the polynomials on the way; where they leave out more the mesh is laid anew
-WANTED_ROUGHNESS = 0.002
+WANTED = 0.1  # of the roughness that is allowed: that of a mesh that is laid anew
 MOST_ITERATIONS = 8
 FEWEST_ELEMENTS, MOST_ELEMENTS = 8, 20_000
 
 # Why `follow` returns: load factor 1, an end, so many steps, loads that are functions of the shape are wanted at the states of the
-# mesh ASKED, stability changes (the mesh TRIED is behind that), the arrays are too small for WANTED elements.
+# mesh ASKED, stability changes (the mesh TRIED is behind that), the arrays are too small for WISHED elements.
 ARRIVED, ENDED, PAUSED, LOADS_WANTED, CROSSED, TOO_SMALL, GO_ON = 0, 1, 2, 3, 4, 5, 6
 
 
@@ -48,6 +45,9 @@ class Rod(NamedTuple):
     degree: int
     ways: Array  # (supports, WAY), how the poses move
     cuts: Array  # places that stay nodes
+    stages: int  # of an element
+    tolerance: float  # of what Newton's method leaves over on the way
+    roughness: float  # of the polynomials on the way; where they leave out more the mesh is laid anew
     rounding: float  # of n: what a rounded place makes of EA
     unseen: float  # rad by which the corrector may always turn the rod
     stretches: bool
@@ -96,8 +96,8 @@ FACTOR, GOAL, STEP, FIRST, TURN, NEXT_TURN, CORRECTED, SIGN_HERE, NEXT_SIGN, LOA
     10,
 )
 # ... and in `whole`: the phase, how many elements each mesh has, steps, rejected ones, Newton's iterations, the unstable directions
-# (UNCOUNTED: not known) here and there, which mesh is asked about, how many elements are wanted.
-PHASE, HERE, TRIED, LAID, TAKEN, REJECTED, ITERATIONS, INDEX, NEXT_INDEX, ASKED, WANTED, WHOLES = (
+# (UNCOUNTED: not known) here and there, which mesh is asked about, how many elements are wished for.
+PHASE, HERE, TRIED, LAID, TAKEN, REJECTED, ITERATIONS, INDEX, NEXT_INDEX, ASKED, WISHED, WHOLES = (
     0,
     1,
     2,
@@ -132,19 +132,19 @@ def _system(rod: Rod, course: Course, nodes: Nodes, elements: int, shaped: Array
         load(rod, load_factor, course.table, course.supports)
         course.real[LOADED] = load_factor
     return System(
-        STAGES,
+        rod.stages,
         nodes.x[: elements + 1],
         nodes.y[: (elements + 1) * STATES],
-        nodes.Y[: elements * STAGES * STATES],
+        nodes.Y[: elements * rod.stages * STATES],
         Profile(rod.breaks, course.table, rod.degree),
         Profile(rod.breaks, rod.rate, rod.degree),
-        shaped[: elements * STAGES * SHAPED],
+        shaped[: elements * rod.stages * SHAPED],
         load_factor,
     )
 
 
 @jit
-def _work(course: Course, elements: int) -> Work:
+def _work(rod: Rod, course: Course, elements: int) -> Work:
     """The work of Newton's method on so many elements."""
     work = course.work
     return Work(
@@ -152,16 +152,16 @@ def _work(course: Course, elements: int) -> Work:
         work.last,
         work.delta[: (elements + 1) * FREE * SIDES],
         work.y[: (elements + 1) * STATES],
-        work.Y[: elements * STAGES * STATES],
+        work.Y[: elements * rod.stages * STATES],
         work.kept,
     )
 
 
 @jit
-def _copy(source: Nodes, target: Nodes, elements: int) -> None:
+def _copy(source: Nodes, target: Nodes, elements: int, stages: int) -> None:
     target.x[: elements + 1] = source.x[: elements + 1]
     target.y[: (elements + 1) * STATES] = source.y[: (elements + 1) * STATES]
-    target.Y[: elements * STAGES * STATES] = source.Y[: elements * STAGES * STATES]
+    target.Y[: elements * stages * STATES] = source.Y[: elements * stages * STATES]
 
 
 @jit
@@ -207,7 +207,7 @@ def _begin(rod: Rod, course: Course) -> int:
     real, whole, kept = course.real, course.whole, course.work.kept
     system = _system(rod, course, course.here, whole[HERE], course.shaped_here, real[FACTOR])
     begin(course.work)
-    reason = newton(system, course.supports, _work(course, whole[HERE]), np.inf, 0.0, 0)
+    reason = newton(system, course.supports, _work(rod, course, whole[HERE]), np.inf, 0.0, 0)
     whole[ITERATIONS] += 1
     real[SIGN_HERE], real[TURN] = kept[SIGN], kept[TANGENT_TURN] if reason == CONVERGED else np.inf
     _keep_tangent(course, course.tangent, whole[HERE])
@@ -246,7 +246,7 @@ def _predict(rod: Rod, course: Course) -> int:
     real, whole = course.real, course.whole
     elements, ahead = whole[HERE], real[GOAL] - real[FACTOR]
     system = _system(rod, course, course.here, elements, course.shaped_here, real[FACTOR])
-    work = _work(course, elements)
+    work = _work(rod, course, elements)
     for k in range((elements + 1) * FREE):
         work.delta[k * SIDES] = ahead * course.tangent[k]
     tried = course.tried
@@ -273,7 +273,7 @@ def _correct(rod: Rod, course: Course) -> int:
     system = _system(rod, course, course.tried, elements, course.shaped, real[GOAL])
     before = kept[STEPS]
     floor = _floor(rod, course.tried, elements)
-    reason = newton(system, course.supports, _work(course, elements), TOLERANCE, floor, MOST_ITERATIONS)
+    reason = newton(system, course.supports, _work(rod, course, elements), rod.tolerance, floor, MOST_ITERATIONS)
     whole[ITERATIONS] += int(kept[STEPS] - before)
     if reason == LOADS:
         return LOADS_WANTED
@@ -287,10 +287,10 @@ def _correct(rod: Rod, course: Course) -> int:
     largest, wanted = 0.0, 0.0
     for part in rough:
         largest = max(largest, part)
-        wanted += (part / WANTED_ROUGHNESS) ** (1.0 / (STAGES + 1))
+        wanted += (part / (WANTED * rod.roughness)) ** (1.0 / (rod.stages + 1))
     whole[PHASE] = JUDGING
-    if largest > ROUGHNESS and rough.size < MOST_ELEMENTS:
-        whole[WANTED] = min(max(FEWEST_ELEMENTS, int(wanted) + 1, rough.size), 3 * rough.size)
+    if largest > rod.roughness and rough.size < MOST_ELEMENTS:
+        whole[WISHED] = min(max(FEWEST_ELEMENTS, int(wanted) + 1, rough.size), 3 * rough.size)
         whole[PHASE] = LAYING
     return GO_ON
 
@@ -303,8 +303,8 @@ def _rough(rod: Rod, course: Course) -> Array:
     for i in range(elements):
         wide += 1 if tried.x[i + 1] > tried.x[i] else 0
     rough = np.empty(wide)
-    y, Y = tried.y[: (elements + 1) * STATES], tried.Y[: elements * STAGES * STATES]
-    roughness(tried.x[: elements + 1], y, Y, STAGES, rod.cuts, rough)
+    y, Y = tried.y[: (elements + 1) * STATES], tried.Y[: elements * rod.stages * STATES]
+    roughness(tried.x[: elements + 1], y, Y, rod.stages, rod.cuts, rough)
     return rough
 
 
@@ -313,16 +313,16 @@ def _lay(rod: Rod, course: Course) -> int:
     """Lay a better mesh for the tried equilibrium."""
     whole, tried, laid, elements = course.whole, course.tried, course.laid, course.whole[TRIED]
     joints = course.supports.size // NUMBERS - 2
-    if whole[WANTED] + 2 * rod.cuts.size + joints + 2 > course.room:
+    if whole[WISHED] + 2 * rod.cuts.size + joints + 2 > course.room:
         return TOO_SMALL
-    share = _rough(rod, course) ** (1.0 / (STAGES + 1))
-    x, nodes = np.empty(share.size + 1), np.empty(whole[WANTED] + 2 * rod.cuts.size + 2)
+    share = _rough(rod, course) ** (1.0 / (rod.stages + 1))
+    x, nodes = np.empty(share.size + 1), np.empty(whole[WISHED] + 2 * rod.cuts.size + 2)
     wide = 0
     for i in range(elements + 1):
         if i == elements or tried.x[i + 1] > tried.x[i]:
             x[wide] = tried.x[i]
             wide += 1
-    count, k, old = lay(x, share, whole[WANTED], rod.cuts, nodes), 0, 0
+    count, k, old = lay(x, share, whole[WISHED], rod.cuts, nodes), 0, 0
     for i in range(count):
         laid.x[k] = nodes[i]
         k += 1
@@ -332,9 +332,9 @@ def _lay(rod: Rod, course: Course) -> int:
             laid.x[k] = nodes[i]
             k += 1
     whole[LAID] = k - 1
-    y, Y = tried.y[: (elements + 1) * STATES], tried.Y[: elements * STAGES * STATES]
-    y_new, Y_new = laid.y[: k * STATES], laid.Y[: (k - 1) * STAGES * STATES]
-    lay_on(tried.x[: elements + 1], y, Y, STAGES, laid.x[:k], y_new, Y_new, STAGES)
+    y, Y = tried.y[: (elements + 1) * STATES], tried.Y[: elements * rod.stages * STATES]
+    y_new, Y_new = laid.y[: k * STATES], laid.Y[: (k - 1) * rod.stages * STATES]
+    lay_on(tried.x[: elements + 1], y, Y, rod.stages, laid.x[:k], y_new, Y_new, rod.stages)
     begin(course.work)
     whole[PHASE], whole[ASKED] = SETTLING, LAID
     return LOADS_WANTED if course.shaped.size > 0 else GO_ON
@@ -346,13 +346,13 @@ def _settle(rod: Rod, course: Course) -> int:
     real, whole, kept, elements = course.real, course.whole, course.work.kept, course.whole[LAID]
     system = _system(rod, course, course.laid, elements, course.shaped, real[GOAL])
     before, floor = kept[STEPS], _floor(rod, course.laid, elements)
-    reason = newton(system, course.supports, _work(course, elements), TOLERANCE, floor, MOST_ITERATIONS)
+    reason = newton(system, course.supports, _work(rod, course, elements), rod.tolerance, floor, MOST_ITERATIONS)
     whole[ITERATIONS] += int(kept[STEPS] - before)
     if reason == LOADS:
         return LOADS_WANTED
     whole[PHASE] = JUDGING
     if reason == CONVERGED and not (rod.stretches and not flattest(system.table, system.x, system.y) > 0.0):
-        _copy(course.laid, course.tried, elements)
+        _copy(course.laid, course.tried, elements, rod.stages)
         whole[TRIED], real[NEXT_TURN] = elements, kept[TANGENT_TURN]
         _keep_tangent(course, course.next_tangent, elements)
     elif course.shaped.size > 0:
@@ -382,7 +382,7 @@ def _judge(rod: Rod, course: Course) -> int:
 def _accept(rod: Rod, course: Course) -> int:
     """Take the step, and choose the next one."""
     real, whole, elements = course.real, course.whole, course.whole[TRIED]
-    _copy(course.tried, course.here, elements)
+    _copy(course.tried, course.here, elements, rod.stages)
     course.tangent[: (elements + 1) * FREE] = course.next_tangent[: (elements + 1) * FREE]
     course.shaped_here[:] = course.shaped
     real[STEP] = (real[GOAL] - real[FACTOR]) * control.growth(

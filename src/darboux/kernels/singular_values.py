@@ -19,6 +19,7 @@ SIZE, SIDES = 12, 2
 WIDTH = SIZE + SIDES
 RIGHT_ANGLE = 1e-15  # of two columns, over their lengths
 MOST_ROUNDS = 30
+ROUNDING = 1e-14  # of the square of a side's length
 FREE_MOTION = 1e-9  # a singular value below this part of the largest belongs to a free motion ...
 IDLE, NOISE = 1e-6, 1e-10  # ... if the equations ask for less than this along it, relative and absolute
 ZERO = 1e-16  # no singular value is smaller, over the largest, but by rounding
@@ -79,12 +80,16 @@ def solve_by_singular_values(last: Array, delta: Array) -> int:
         size[j] = np.sqrt(square)
         largest = max(largest, size[j])
     delta[:] = 0.0
-    for j in range(SIZE):
+    left = norm.copy()  # of the squares of what the sides ask for: a column of nothing has no direction of its own
+    for j in np.argsort(-size):
         for side in range(SIDES):
             wanted = 0.0
             for k in range(SIZE):
                 wanted += W[k * SIZE + j] * last[k * WIDTH + SIZE + side]
-            wanted /= max(size[j], 1e-300)
+            wanted = wanted / size[j] if size[j] > 0.0 else np.sqrt(max(left[side], 0.0))
+            left[side] -= wanted * wanted
+            if abs(left[side]) <= ROUNDING * norm[side]:
+                left[side] = 0.0
             if size[j] <= FREE_MOTION * largest and abs(wanted) <= IDLE * np.sqrt(norm[side]) + NOISE:
                 free += 1 if side == 0 else 0
                 continue

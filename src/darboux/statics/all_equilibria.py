@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from darboux import checks
 from darboux.checks import checked_call
 from darboux.kernels.jit import announced
-from darboux.kernels.path import STAGES
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, Status
 from darboux.statics import first_shape
@@ -75,7 +74,7 @@ def solve_all(problem: Equilibrium, *, rtol: float = 1e-9, most: int = 20) -> tu
 class _Search:
     def __init__(self, problem: Equilibrium, method: Collocation) -> None:
         self.problem, self.method = problem, method
-        self.equations = Equations(problem, STAGES, first_shape.of_problem(problem))
+        self.equations = Equations(problem, method.stages, first_shape.of_problem(problem))
         self.equations.unloaded()  # from where prescribed displacements grow
         self.x = np.unique(np.concatenate([np.linspace(0.0, 1.0, ELEMENTS + 1), self.equations.breaks]))
         self.found: list[EquilibriumSolution] = []

@@ -16,12 +16,12 @@ from darboux import checks
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.kernels.collocation import FEWEST_STAGES, MOST_STAGES
-from darboux.kernels.path import MOST_ELEMENTS, STAGES
+from darboux.kernels.path import MOST_ELEMENTS
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
 from darboux.statics import first_shape, hanging_chain, limits, load_path, pendulum
 from darboux.statics.coefficients import Scale, elastic_parts
-from darboux.statics.collocation_equations import Equations
+from darboux.statics.collocation_equations import CAREFUL, QUICK, Equations
 from darboux.statics.collocation_path import buckled, follow
 from darboux.statics.collocation_refinement import refined
 from darboux.statics.first_shape import FirstShape
@@ -38,9 +38,10 @@ class Collocation:
     """Gauss collocation with ``stages`` points per element, Newton's method on the exact Jacobian and an adaptive mesh.
 
     Order 2 stages at the nodes. Every quadratic invariant of the equations (|q|, and of an unloaded rod m + r x n and
-    m . n) holds to rounding. The branch that starts at the unloaded rod is followed on a coarse mesh, with two points per
-    element; then the mesh is laid anew until the answer's estimated error is below ``rtol``. The error is estimated by halving every element;
-    the answer is the finer of the two. Domain: any single rod; smooth or piecewise smooth data.
+    m . n) holds to rounding. The branch that starts at the unloaded rod is followed on a coarse mesh of elements with two
+    points, or four where the path is not plain; then the mesh is laid anew until the answer's estimated error is below
+    ``rtol``. The error is estimated by halving every element; the answer is the finer of the two. Domain: any single rod;
+    smooth or piecewise smooth data.
 
     Arguments: ``rtol`` wanted error of the positions over L, and of forces and moments over their largest, 1e-13 to
     1e-2; ``stages`` 2 to 5; ``elements`` None (adaptive) or how many equal elements are used. Raises ``InvalidInput``.
@@ -124,7 +125,7 @@ class Collocation:
 
     def _next_to(self, problem: Equilibrium, start: EquilibriumSolution) -> _Found | None:
         """Return the equilibrium that Newton's method reaches from another solution, or None where it does not contract."""
-        equations = Equations(problem, STAGES)
+        equations = Equations(problem, self.stages)
         answer = refined(equations, equations.mesh_of(start), self.rtol, self.stages, self.elements, first=True)
         if answer is None:
             return None
@@ -145,12 +146,26 @@ class Collocation:
         return self._followed_from(problem, first_shape.of_problem(problem), pendulum.origin(problem))
 
     def _followed_from(self, problem: Equilibrium, shape: FirstShape | None, origin: str) -> _Found:
-        """Return where the path ends that begins with a shape (None: the rod's own), called ``origin`` in words."""
-        equations = Equations(problem, STAGES, shape)
-        if shape is not None and shape.sags:
-            path = load_path.of_cable(follow(equations, equations.unloaded(), unseen=load_path.UNSEEN_TURN_OF_CABLE))
-        else:
-            path = follow(equations, equations.unloaded(), until_unstable=True)
+        """Return where the path ends that begins with a shape (None: the rod's own), called ``origin`` in words.
+
+        It is followed quickly, and once more with care where it does not get to the end, or not to a stable one without a crossing.
+        """
+        found = self._with_stages(QUICK.stages, problem, shape, origin)
+        plain = found.status.code == "converged" and not found.path.crossings and not found.path.index
+        if plain and found.equations.index(found.mesh, 1.0) == found.path.index:
+            return found
+        careful = self._with_stages(CAREFUL.stages, problem, shape, origin)
+        careful.equations.iterations += found.equations.iterations
+        return careful
+
+    def _with_stages(self, stages: int, problem: Equilibrium, shape: FirstShape | None, origin: str) -> _Found:
+        equations = Equations(problem, stages, shape)
+        unseen = load_path.UNSEEN_TURN_OF_CABLE if shape is not None and shape.sags else load_path.UNSEEN_TURN
+        path = follow(equations, equations.unloaded(), until_unstable=unseen == load_path.UNSEEN_TURN, unseen=unseen)
+        if unseen == load_path.UNSEEN_TURN_OF_CABLE:
+            path = load_path.of_cable(path)
+        if stages == QUICK.stages and (path.load_factor < 1.0 or path.unstable is not None):
+            return _Found(equations, Status("no_convergence", ""), path.state, ErrorEstimate(), path)
         code, message = load_path.ending(path, "Collocation", origin)
         if path.unstable is not None and equations.has_potential:
             a, b = path.crossings[0]
@@ -203,7 +218,7 @@ class Collocation:
             if ended.unstable is not None:
                 return None
             curve, iterations = equations.curve(ended.state, ended.load_factor), equations.iterations
-            equations = Equations(problem, STAGES, first_shape.given(problem, equations.scale, curve))
+            equations = Equations(problem, CAREFUL.stages, first_shape.given(problem, equations.scale, curve))
             equations.iterations = iterations
             path = ended = follow(equations, equations.unloaded(), until_unstable=True)
             if path.unstable is not None:

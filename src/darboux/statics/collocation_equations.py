@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from darboux.kernels import stability as stability_kernel
 from darboux.kernels.collocation import FREE, SHAPED, SHAPED_COUPLE, SIDES, System
 from darboux.kernels.collocation import ROW as FACTOR_ROW
 from darboux.kernels.newton import Work
-from darboux.kernels.path import FEWEST_ELEMENTS, MOST_ITERATIONS, TOLERANCE
+from darboux.kernels.path import FEWEST_ELEMENTS, MOST_ITERATIONS
 from darboux.kernels.profile import Profile
 from darboux.kernels.rod_equations import DEAD_FORCE, FORCE, K0, MOMENT, ROTATION, SINV, STATES
 from darboux.natural import smallest_rotation
@@ -48,6 +49,18 @@ NOTHING = np.zeros(0)  # no load is a function of the shape
 ROUNDING_STRAIN = 1e-14  # of a stretching rod: what rounding of places amounts to
 BESIDE = 1e-12  # of L, from a jump: on either side of what encloses it
 CLOSEST = 1e-11  # of L, between two breaks
+
+
+class Pace(NamedTuple):
+    """How a path is followed: stages of an element, what Newton's method leaves over, and what the polynomials may leave out."""
+
+    stages: int
+    tolerance: float
+    roughness: float
+
+
+QUICK = Pace(2, 1e-3, 0.02)  # on the way only the branch matters
+CAREFUL = Pace(4, 1e-6, 2e-3)  # ... but near a bifurcation small errors make a fold of it
 
 
 @dataclass(eq=False)
@@ -107,11 +120,11 @@ class Step:
 
 
 class Equations:
-    """The collocation equations of one problem; the unloaded rod has so many stages an element."""
+    """The collocation equations of one problem; with two ``stages`` its path is followed quickly, with more carefully."""
 
     def __init__(self, problem: Equilibrium, stages: int, shape: FirstShape | None = None) -> None:
         self.problem = problem
-        self.stages = stages
+        self.pace = QUICK if stages == QUICK.stages else CAREFUL._replace(stages=stages)
         self.scale = Scale.of(problem)
         self.shape = shape
         if shape is None:
@@ -153,7 +166,7 @@ class Equations:
     def unloaded(self) -> Mesh:
         """Return the rod without loads: its natural shape, laid against the support that holds it, or the first shape."""
         x = self._first_nodes()
-        points = np.unique(np.concatenate([x, stage_points(x, self.stages).ravel()]))
+        points = np.unique(np.concatenate([x, stage_points(x, self.pace.stages).ravel()]))
         states = np.zeros((len(points), STATES))
         support = None
         if self.shape is None:
@@ -165,12 +178,12 @@ class Equations:
             if conditions.support.holds and conditions.support is not support:
                 conditions.grow_from(states[np.searchsorted(points, at)], all_at_once=self.shape is not None)
         mesh = self._mesh(x, points, states)
-        exact = self.newton(mesh, 0.0, TOLERANCE, most=MOST_ITERATIONS)
+        exact = self.newton(mesh, 0.0, self.pace.tolerance, most=MOST_ITERATIONS)
         return mesh if exact is None else exact[0]
 
     def bent(self, k: Callable[[Array], Array], x: Array, carrying: bool) -> Mesh:
         """Return the rod bent to the curvature and twist k L, with the moments of that and, if asked, the forces of the loads."""
-        points = np.unique(np.concatenate([x, stage_points(x, self.stages).ravel()]))
+        points = np.unique(np.concatenate([x, stage_points(x, self.pace.stages).ravel()]))
         states = np.zeros((len(points), STATES))
         states[:, :ROTATION], states[:, ROTATION:FORCE] = shape_of(k, points)
         self._lay(points, states)
@@ -201,7 +214,7 @@ class Equations:
 
     def _mesh(self, x: Array, points: Array, states: Array) -> Mesh:
         nodes = np.isin(points, x)
-        mesh = Mesh(x, states[nodes], states[~nodes].reshape(len(x) - 1, self.stages, STATES))
+        mesh = Mesh(x, states[nodes], states[~nodes].reshape(len(x) - 1, self.pace.stages, STATES))
         return mesh.jointed(np.array([at for at, _ in self.stations]))
 
     def natural_shape(self, x: Array) -> Array:
@@ -348,10 +361,10 @@ class Equations:
         x = nodes[:: 2 if len(nodes) > 2 * FIRST_ELEMENTS else 1] / nodes[-1]
         x = x[np.min(np.abs(x[:, None] - self.breaks), axis=1) > 1e-6] if len(self.breaks) else x
         x = np.unique(np.concatenate([[0.0], x, self.breaks, [1.0]]))
-        points = np.concatenate([x, stage_points(x, self.stages).ravel()])
+        points = np.concatenate([x, stage_points(x, self.pace.stages).ravel()])
         y = self.scale.states(start.curve, points)
         y[:, ROTATION:FORCE] /= np.linalg.norm(y[:, ROTATION:FORCE], axis=1, keepdims=True)
-        mesh = Mesh(x, y[: len(x)], y[len(x) :].reshape(-1, self.stages, STATES))
+        mesh = Mesh(x, y[: len(x)], y[len(x) :].reshape(-1, self.pace.stages, STATES))
         return mesh.jointed(np.array([at for at, _ in self.stations]))
 
     def curve(self, mesh: Mesh, load_factor: float) -> Curve:

@@ -38,9 +38,11 @@ def follow(
     law, shaped = equations.law, bool(equations.problem.of_shape)
     ways = np.concatenate([conditions.way for conditions in equations.conditions])
     numbers = (law.breaks, law.base.ravel(), law.rate.ravel(), law.degree, ways, equations.breaks)
-    rod = kernel.Rod(*numbers, equations.rounding, unseen, equations.problem.rod.stretch, equations.has_potential)
+    rod = kernel.Rod(
+        *numbers, *equations.pace, equations.rounding, unseen, equations.problem.rod.stretch, equations.has_potential
+    )
     room = 4 * len(mesh.x) + 3 * len(equations.breaks)
-    course = _course(room, law.base.size, equations.supports(0.0), shaped)
+    course = _course(room, equations.pace.stages, law.base.size, equations.supports(0.0), shaped)
     _write(course.here, mesh)
     course.whole[kernel.HERE] = len(mesh.x) - 1
     course.real[kernel.LOADED] = np.nan
@@ -53,7 +55,7 @@ def follow(
                 asked = _asked(course)
                 course.shaped[: asked.Y.size // STATES * SHAPED] = equations.shaped(asked)
             elif reason == kernel.TOO_SMALL:
-                course = _with_room(course, 2 * int(course.whole[kernel.WANTED]) + 3 * len(equations.breaks) + 4)
+                course = _with_room(course, 2 * int(course.whole[kernel.WISHED]) + 3 * len(equations.breaks) + 4)
             elif reason == kernel.CROSSED:
                 goal = float(course.real[kernel.GOAL])
                 path.crossings.append((float(course.real[kernel.FACTOR]), goal))
@@ -102,7 +104,7 @@ def _undisturbed(equations: Equations, mesh: Mesh, modes: list[Table]) -> Mesh |
     while left > 0.0:
         goal = max(0.0, left - step)
         equations.disturb([Table(mode.breaks, goal * mode.coefficients) for mode in modes])
-        found = equations.newton(mesh, 1.0, kernel.TOLERANCE, most=kernel.MOST_ITERATIONS)
+        found = equations.newton(mesh, 1.0, equations.pace.tolerance, most=kernel.MOST_ITERATIONS)
         if found is None or found[2] > LARGEST_CORRECTED_TURN:
             step *= 0.5
             if step < SMALLEST_RELIEF:
@@ -112,11 +114,11 @@ def _undisturbed(equations: Equations, mesh: Mesh, modes: list[Table]) -> Mesh |
     return mesh
 
 
-def _course(room: int, coefficients: int, supports: Array, shaped: bool) -> Course:
+def _course(room: int, stages: int, coefficients: int, supports: Array, shaped: bool) -> Course:
     """Return a course with room for so many elements, at its beginning."""
 
     def nodes() -> Nodes:
-        return Nodes(np.empty(room + 1), np.empty((room + 1) * STATES), np.empty(room * kernel.STAGES * STATES))
+        return Nodes(np.empty(room + 1), np.empty((room + 1) * STATES), np.empty(room * stages * STATES))
 
     factors, last, delta = (
         np.empty(size) for size in (room * FREE * ROW, FREE * (FREE + SIDES), (room + 1) * FREE * SIDES)
@@ -124,7 +126,7 @@ def _course(room: int, coefficients: int, supports: Array, shaped: bool) -> Cour
     spare = nodes()
     work = newton.Work(factors, last, delta, spare.y, spare.Y, np.zeros(newton.KEPT))
     tangent, next_tangent = np.empty((room + 1) * FREE), np.empty((room + 1) * FREE)
-    loads = room * kernel.STAGES * SHAPED if shaped else 0
+    loads = room * stages * SHAPED if shaped else 0
     loaded = np.empty(coefficients), supports.copy(), np.empty(loads), np.empty(loads)
     kept = np.zeros(kernel.REALS), np.zeros(kernel.WHOLES, np.int64)
     return Course(room, nodes(), nodes(), nodes(), tangent, next_tangent, work, *loaded, *kept)
@@ -132,7 +134,7 @@ def _course(room: int, coefficients: int, supports: Array, shaped: bool) -> Cour
 
 def _with_room(course: Course, room: int) -> Course:
     """Return the same course with room for more elements."""
-    larger = _course(room, course.table.size, course.supports, course.shaped.size > 0)
+    larger = _course(room, _stages(course), course.table.size, course.supports, course.shaped.size > 0)
     pairs = [(course.tangent, larger.tangent), (course.next_tangent, larger.next_tangent)]
     pairs += [(course.shaped_here, larger.shaped_here), (course.shaped, larger.shaped)]
     for old, new in ((course.here, larger.here), (course.tried, larger.tried)):
@@ -142,6 +144,10 @@ def _with_room(course: Course, room: int) -> Course:
     return larger._replace(real=course.real, whole=course.whole, table=course.table)
 
 
+def _stages(course: Course) -> int:
+    return course.here.Y.size // (course.room * STATES)
+
+
 def _write(nodes: Nodes, mesh: Mesh) -> None:
     for target, source in zip(nodes, (mesh.x, mesh.y, mesh.Y), strict=True):
         target[: source.size] = source.ravel()
@@ -149,7 +155,7 @@ def _write(nodes: Nodes, mesh: Mesh) -> None:
 
 def _mesh(nodes: Nodes, elements: int) -> Mesh:
     """Return a copy of the mesh that the nodes hold."""
-    N, Y = int(elements), kernel.STAGES * STATES
+    N, Y = int(elements), nodes.Y.size // (len(nodes.x) - 1)
     states = nodes.y[: (N + 1) * STATES].reshape(-1, STATES), nodes.Y[: N * Y].reshape(N, -1, STATES)
     return Mesh(nodes.x[: N + 1].copy(), *(part.copy() for part in states))
 
