@@ -85,7 +85,7 @@ class Residual:
     def __init__(self, equations: Equations, x: Array) -> None:
         self.equations, self.problem, self.x, scale = equations, equations.problem, x, equations.scale
         self.unit = np.repeat([scale.length, 1.0, scale.force, scale.moment], [3, 4, 3, 3])
-        self.c, self.a = _gauss(equations.stages)
+        self.c, self.a = _gauss(equations.pace.stages)
 
     def si(self, y: Array) -> Array:
         result = y * self.unit
@@ -191,7 +191,7 @@ def drawn(equations: Equations, seed: int, nodes: Any = (0.0, 0.45, 1.0)) -> Mes
 
     y = states(x, 0.15)
     y[:, 3:7] /= np.linalg.norm(y[:, 3:7], axis=1, keepdims=True)
-    points = x[:-1, None] + np.diff(x)[:, None] * _gauss(equations.stages)[0]
+    points = x[:-1, None] + np.diff(x)[:, None] * _gauss(equations.pace.stages)[0]
     Y = states(points.ravel(), 0.15).reshape(*points.shape, 13)
     mesh = Mesh(x, y, Y).jointed(np.array(stations))
     mesh.y[mesh.joints + 1, 7:] += rng.normal(size=(len(stations), 6))

@@ -58,6 +58,7 @@ STATIONS = "test_linearisation.py::test_at_two_stations"
 SIGN = "test_linearisation.py::test_the_sign_of_the_determinant_changes_where_a_column_buckles"
 TRANSFERS = "test_linearisation.py::test_transfers_carry_the_difference_of_two_steps"
 GAUSS = "kernels/test_collocation.py::test_weights_integrate_polynomials"
+COLUMN = "kernels/test_path.py::test_a_column_turns_unstable_at_eulers_load"
 POSE = "kernels/test_support.py::test_a_pose_goes_the_shortest_way_evenly"
 LAID = "kernels/test_mesh.py::test_elements_are_laid_where_they_are_wanted"
 SINGULAR = "kernels/test_singular_values.py::test_free_motions_are_left_alone"
@@ -131,6 +132,11 @@ MUTANTS = (
     Mutant("kernels/mesh.py", "(1.0 - EVENNESS) * density[i] / total + EVENNESS", "density[i] / total", LAID),
     Mutant("kernels/mesh.py", "measure[piece] + part * (measure[piece + 1] - measure[piece])", "measure[piece + 1]", LAID),
     Mutant("kernels/mesh.py", "            while x[i + 1] > x[i]:\n                i += 1\n", "", "kernels/test_mesh.py::test_a_mesh_that_is_laid_anew_keeps_ends_and_stations"),
+    Mutant("kernels/path.py", "if changed and real[GOAL] - real[FACTOR] > shortest:", "if False:", COLUMN),
+    Mutant("kernels/path.py", "work.delta[k * SIDES] = ahead * course.tangent[k]", "work.delta[k * SIDES] = -ahead * course.tangent[k]", "test_collocation_path.py::test_interruptions_and_small_arrays_change_nothing"),
+    Mutant("kernels/stability.py", "sizes[node] = count + BLOCK // 2", "sizes[node] = BLOCK", COLUMN),
+    Mutant("kernels/step_control.py", "WANTED_SHARE * predicted / corrected", "predicted / corrected", "kernels/test_path.py::test_the_corrector_would_turn_the_rod_as_wanted"),
+    Mutant("kernels/step_control.py", "max(LARGEST_SHARE * predicted, unseen)", "LARGEST_SHARE * predicted", "kernels/test_path.py::test_the_corrector_may_turn_the_rod_by_a_share_of_what_was_predicted"),
     Mutant("kernels/singular_values.py", "sine * x + cosine * y", "sine * x - cosine * y", SINGULAR),
     Mutant("kernels/singular_values.py", "size[j] <= FREE_MOTION * largest and abs(wanted)", "abs(wanted)", SINGULAR),
     Mutant("kernels/singular_values.py", "abs(wanted) <= IDLE * np.sqrt(norm[side]) + NOISE", "True", "kernels/test_singular_values.py::test_what_is_asked_for_along_a_free_motion_is_done"),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.path import MOST_ELEMENTS
-from darboux.kernels.rod_equations import FORCE, MOMENT
+from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION
 from darboux.solution import ErrorEstimate
 from darboux.statics.collocation_equations import Equations
 from darboux.statics.mesh import Mesh, size, units
@@ -82,7 +82,8 @@ def _error(equations: Equations, coarse: Mesh, fine: Mesh, between: float, order
     held = [0, *coarse.joints, *(coarse.joints + 1), len(coarse.x) - 1]
     force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
     unit = [float(x) for x in units(fine.y)]
-    place = float(np.max(np.linalg.norm(gaps[:, :3], axis=1)))
+    place, turn = float(np.max(np.linalg.norm(gaps[:, :3], axis=1))), 2.0 * float(np.max(gaps[:, ROTATION:FORCE]))
+    place = max(place, turn)  # for a section's place is its sum of turns, and its gap may be small by chance
     averaged = equations.table.error
     energy = unit[FORCE] + unit[MOMENT] * equations.softest * unit[MOMENT]
     return ErrorEstimate(
