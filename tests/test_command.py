@@ -21,7 +21,7 @@ import darboux as dx
 from darboux import scenario
 from darboux.cli import EXAMPLES, app
 from darboux.cli.new import TEMPLATES
-from darboux.statics.collocation_equations import Equations
+from darboux.kernels import path
 from darboux.stream import Stream
 from darboux.view import terminal
 
@@ -476,15 +476,15 @@ def test_a_newcomer_s_first_minute(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="interrupts by a signal")
 def test_an_interrupt_keeps_the_equilibrium_reached(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(self: Equations, state: Any, load_factor: float) -> Any:
-        if load_factor > 0.3:
+    def interrupted(rod: path.Rod, course: path.Course, most: int) -> int:
+        if course.real[path.FACTOR] > 0.3:
             os.kill(os.getpid(), signal.SIGINT)
-        return tangent(self, state, load_factor)
+        return int(follow(rod, course, 1))
 
     run("new", "cantilever")
-    tangent = Equations.tangent
+    follow = path.follow
     with monkeypatch.context() as patch:
-        patch.setattr(Equations, "tangent", interrupted)
+        patch.setattr(path, "follow", interrupted)
         result = run("solve", "cantilever.toml", "--out", "a.nc")
         with pytest.raises(KeyboardInterrupt, match="of the load"):  # a loop over many loads ends at once
             dx.solve(dx.load("cantilever.toml"))

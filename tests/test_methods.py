@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import darboux as dx
+from darboux.kernels import step_control
 from darboux.statics import load_path, shooting
 from darboux.statics.load_path import Corrected, Path, follow
 from tests import cases
@@ -133,7 +134,7 @@ def test_a_corrector_that_turns_too_far_is_not_believed() -> None:
     path = follow(branch, 0.0)
     assert path.load_factor == 1.0
     assert path.rejected > 0
-    longest = min(np.sqrt(load_path.LARGEST_CORRECTED_TURN / 30.0), 4.0 * load_path.LARGEST_SHARE / 30.0)
+    longest = min(np.sqrt(step_control.LARGEST_CORRECTED_TURN / 30.0), 4.0 * step_control.LARGEST_SHARE / 30.0)
     assert path.steps >= 1.0 / longest
 
 

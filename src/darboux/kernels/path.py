@@ -33,7 +33,7 @@ FEWEST_ELEMENTS, MOST_ELEMENTS = 8, 20_000
 
 # Why `follow` returns: load factor 1, an end, so many steps, loads that are functions of the shape are wanted at the states of the
 # mesh ASKED, stability changes (the mesh TRIED is behind that), the arrays are too small for WISHED elements.
-ARRIVED, ENDED, PAUSED, LOADS_WANTED, CROSSED, TOO_SMALL, GO_ON = 0, 1, 2, 3, 4, 5, 6
+ARRIVED, ENDED, PAUSED, LOADS_WANTED, CROSSED, TOO_SMALL, GO_ON = range(7)
 
 
 class Rod(NamedTuple):
@@ -82,38 +82,13 @@ class Course(NamedTuple):
 
 # What is kept in `real`: the load factor, the one that is tried, the next step, the first one, the tangent's turn and the tried
 # mesh's, by how much the corrector turned the rod, the determinant's signs, the load factor of table and supports.
-FACTOR, GOAL, STEP, FIRST, TURN, NEXT_TURN, CORRECTED, SIGN_HERE, NEXT_SIGN, LOADED, REALS = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-)
+FACTOR, GOAL, STEP, FIRST, TURN, NEXT_TURN, CORRECTED, SIGN_HERE, NEXT_SIGN, LOADED, REALS = range(11)
 # ... and in `whole`: the phase, how many elements each mesh has, steps, rejected ones, Newton's iterations, the unstable directions
 # (UNCOUNTED: not known) here and there, which mesh is asked about, how many elements are wished for.
-PHASE, HERE, TRIED, LAID, TAKEN, REJECTED, ITERATIONS, INDEX, NEXT_INDEX, ASKED, WISHED, WHOLES = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-    11,
-)
+PHASE, HERE, TRIED, LAID, TAKEN, REJECTED, ITERATIONS, INDEX, NEXT_INDEX, ASKED, WISHED, WHOLES = range(12)
 UNCOUNTED = -1
 
-BEGINNING, PREDICTING, AGAIN, CORRECTING, LAYING, SETTLING, JUDGING, ACCEPTING = 0, 1, 2, 3, 4, 5, 6, 7
+BEGINNING, PREDICTING, AGAIN, CORRECTING, LAYING, SETTLING, JUDGING, ACCEPTING = range(8)
 
 
 @jit

@@ -20,7 +20,7 @@ from darboux.statics.mesh import Mesh
 
 Array = NDArray[np.float64]
 
-TRIES = 200  # steps in the kernel between two looks for Ctrl-C
+TRIES = 4000  # steps in the kernel between two looks for Ctrl-C, over the number of elements
 DISTURBANCE = 0.1  # of EI / L^2, spread along the unstable mode
 MOST_DISTURBANCES = 3
 SMALLEST_MODE = 1e-8  # of displacements, over 1 for all of them together
@@ -50,7 +50,10 @@ def follow(
         course.shaped_here[: mesh.Y.size // STATES * SHAPED] = equations.shaped(mesh)
     path = Path(mesh, 0.0)
     try:
-        while (reason := kernel.follow(rod, course, TRIES)) not in (kernel.ARRIVED, kernel.ENDED):
+        while (reason := kernel.follow(rod, course, max(1, TRIES // course.room))) not in (
+            kernel.ARRIVED,
+            kernel.ENDED,
+        ):
             if reason == kernel.LOADS_WANTED:
                 asked = _asked(course)
                 course.shaped[: asked.Y.size // STATES * SHAPED] = equations.shaped(asked)
