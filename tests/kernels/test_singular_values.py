@@ -37,3 +37,12 @@ def test_what_is_asked_for_along_a_free_motion_is_done() -> None:
     assert solve_by_singular_values(np.hstack([A, b]).ravel(), step.ravel()) == 0
     np.testing.assert_allclose(A @ step, b, atol=1e-15 * np.max(np.abs(step)) * 12.0)
     assert np.min(np.max(np.abs(step), axis=0)) > 1e6
+
+
+def test_a_small_wish_along_a_motion_that_resists_is_granted() -> None:
+    A, _ = equations(np.geomspace(1.0, 1e-4, 12), np.random.default_rng(9))
+    U, sizes, V = np.linalg.svd(A)
+    b = U[:, :2] + 1e-8 * U[:, 11:]
+    step = np.empty((12, 2))
+    assert solve_by_singular_values(np.hstack([A, b]).ravel(), step.ravel()) == 0
+    np.testing.assert_allclose(V[11] @ step, 1e-8 / sizes[11], rtol=1e-6)
