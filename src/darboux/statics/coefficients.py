@@ -20,6 +20,8 @@ from darboux import frames
 from darboux.curve import Curve, gauss_points
 from darboux.errors import InvalidInput
 from darboux.kernels import rod_equations
+from darboux.kernels.path import flattest
+from darboux.kernels.profile import Profile
 from darboux.kernels.rod_equations import (
     BINV,
     COUPLED_WIDTH,
@@ -123,13 +125,8 @@ class Table:
 
     def least_stretch(self, x: Array, y: Array) -> float:
         """Return the least stretch v3 = 1 + (S^-1 R^T n + D^T R^T m)_3 of the states y (n, 13) at x (n,)."""
-        R, c = frames.matrix_of_quaternion(y[:, ROTATION:FORCE]), self(x)
-        S = c[:, SINV + np.array([4, 3, 2])]  # 13, 23, 33
-        stretch = 1.0 + np.einsum("ni,nji,nj->n", S, R, y[:, FORCE : FORCE + 3])
-        if c.shape[1] > WIDTH:
-            D = c[:, COUPLING + np.array([2, 5, 8])]  # 13, 23, 33
-            stretch += np.einsum("ni,nji,nj->n", D, R, y[:, MOMENT : MOMENT + 3])
-        return float(np.min(stretch))
+        profile = Profile(self.breaks, self.coefficients.ravel(), self.degree)
+        return flattest(profile, x, np.ascontiguousarray(y).ravel())
 
     def elastic_energies(self, curve: Curve, scale: Scale) -> tuple[float, float, float]:
         """Return the energies of bending, twist and stretch in J of a curve whose nodes hold the breaks: of averages too."""

@@ -160,10 +160,10 @@ class Collocation:
 
     def _with_stages(self, stages: int, problem: Equilibrium, shape: FirstShape | None, origin: str) -> _Found:
         equations = Equations(problem, stages, shape)
-        unseen = load_path.UNSEEN_TURN_OF_CABLE if shape is not None and shape.sags else load_path.UNSEEN_TURN
-        path = follow(equations, equations.unloaded(), until_unstable=unseen == load_path.UNSEEN_TURN, unseen=unseen)
-        if unseen == load_path.UNSEEN_TURN_OF_CABLE:
-            path = load_path.of_cable(path)
+        if shape is not None and shape.sags:
+            path = load_path.of_cable(follow(equations, equations.unloaded(), unseen=load_path.UNSEEN_TURN_OF_CABLE))
+        else:
+            path = follow(equations, equations.unloaded(), until_unstable=True)
         if stages == QUICK.stages and (path.load_factor < 1.0 or path.unstable is not None):
             return _Found(equations, Status("no_convergence", ""), path.state, ErrorEstimate(), path)
         code, message = load_path.ending(path, "Collocation", origin)

@@ -18,7 +18,6 @@ from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import collocation
 from darboux.kernels import newton as kernel
-from darboux.kernels import path as path_kernel
 from darboux.kernels import stability as stability_kernel
 from darboux.kernels.collocation import FREE, SHAPED, SHAPED_COUPLE, SIDES, System
 from darboux.kernels.collocation import ROW as FACTOR_ROW
@@ -326,7 +325,7 @@ class Equations:
 
     def flattest(self, mesh: Mesh) -> float:
         """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 at the nodes."""
-        return path_kernel.flattest(self.law.at(1.0)[0], mesh.x, mesh.y.ravel()) if self.problem.rod.stretch else 1.0
+        return self.table.least_stretch(mesh.x, mesh.y) if self.problem.rod.stretch else 1.0
 
     def index(self, mesh: Mesh, load_factor: float) -> int | None:
         """Return the number of unstable directions; None where the loads have no potential."""
