@@ -1,10 +1,11 @@
 """Newton's equations of collocation are the derivative of its residual: Taylor tests, under every support and every load.
 
 The residual is written here anew, in SI units and in NumPy, from the descriptions alone. The state is no solution: places,
-frames, forces and moments at nodes and stages are drawn at random. Along the step that the kernels give, nodes and stages
-alike, the residual F must change by -F, and with the load factor's change c by its derivative too:
+frames, forces and moments at nodes and stages are drawn at random, but for what is explicit at the stages. Along the step
+that the kernels give, nodes and stages alike, the residual F must change by -F, and with the load factor's change c by its
+derivative too:
 
-    d/dt F(z + t dz, lambda + t c) = -F(z, lambda)   at t = 0
+    d/dt F(z(t), lambda + t c) = -F(z, lambda)   at t = 0,   with z(0) = z and z'(0) = dz
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import pytest
 import darboux as dx
 from darboux import frames
 from darboux.kernels import collocation
-from darboux.kernels.collocation import _gauss
+from darboux.kernels.gauss import gauss
 from darboux.statics import first_shape
 from darboux.statics.collocation_equations import Equations
 from darboux.statics.mesh import Mesh, stage_points
@@ -85,7 +86,7 @@ class Residual:
     def __init__(self, equations: Equations, x: Array) -> None:
         self.equations, self.problem, self.x, scale = equations, equations.problem, x, equations.scale
         self.unit = np.repeat([scale.length, 1.0, scale.force, scale.moment], [3, 4, 3, 3])
-        self.c, self.a = _gauss(equations.pace.stages)
+        self.c, self.a = gauss(equations.pace.stages)
 
     def si(self, y: Array) -> Array:
         result = y * self.unit
@@ -191,7 +192,7 @@ def drawn(equations: Equations, seed: int, nodes: Any = (0.0, 0.45, 1.0)) -> Mes
 
     y = states(x, 0.15)
     y[:, 3:7] /= np.linalg.norm(y[:, 3:7], axis=1, keepdims=True)
-    points = x[:-1, None] + np.diff(x)[:, None] * _gauss(equations.pace.stages)[0]
+    points = x[:-1, None] + np.diff(x)[:, None] * gauss(equations.pace.stages)[0]
     Y = states(points.ravel(), 0.15).reshape(*points.shape, 13)
     mesh = Mesh(x, y, Y).jointed(np.array(stations))
     mesh.y[mesh.joints + 1, 7:] += rng.normal(size=(len(stations), 6))
@@ -212,9 +213,9 @@ def left_over(problem: dx.Equilibrium, stages: int = 2, load_factor: float = 0.7
     mesh = drawn(equations, seed=1)
     residual = Residual(equations, mesh.x)
     about = mesh.y[:, 3:7]
-    here = residual(mesh.y, mesh.Y, load_factor, about)
-    step = equations.newton_step(mesh, load_factor)
+    step = equations.newton_step(mesh, load_factor)  # which writes what is explicit at the stages
     assert step is not None
+    here = residual(mesh.y, mesh.Y, load_factor, about)
     worst = 0.0
     for change in (0.0, 1.0):
         delta = step.delta + change * step.tangent
@@ -223,9 +224,13 @@ def left_over(problem: dx.Equilibrium, stages: int = 2, load_factor: float = 0.7
         dy = np.concatenate([delta[:, :3], frames.product(about, turn), delta[:, 6:]], axis=1)
         size = max(1.0, float(np.max(np.abs(dy))), float(np.max(np.abs(dY))))
         h = STEP / size
-        ahead, further, behind, back = (
-            residual(mesh.y + t * dy, mesh.Y + t * dY, load_factor + t * change, about) for t in (h, 2 * h, -h, -2 * h)
-        )
+
+        def at(t: float, delta: Array = delta, change: float = change) -> Array:
+            moved = equations.moved(mesh, load_factor, delta, change, t)
+            equations.newton_step(moved, load_factor + t * change)
+            return residual(moved.y, moved.Y, load_factor + t * change, about)
+
+        ahead, further, behind, back = (at(t) for t in (h, 2 * h, -h, -2 * h))
         slope = (8.0 * (ahead - behind) - (further - back)) / (12.0 * h)
         worst = max(worst, float(np.max(np.abs(slope + here))) / (size + float(np.max(np.abs(here)))))
     return worst

@@ -6,6 +6,7 @@ axes. A support holds one of each pair, or ties the two by a spring; methods rea
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -326,8 +327,15 @@ def axes_along(first: Any) -> Array:
     return smallest_rotation(AXES[0], np.array(first))
 
 
+@lru_cache(maxsize=1024)
 def _frame_of(name: str, tangent: Vector, d1: Vector | None) -> Array:
-    """Return the frame with d3 along the tangent and d1 as near to the one asked for as it can be."""
+    """Return the frame with d3 along the tangent and d1 as near to the one asked for as it can be; not to be written to."""
+    R = _frame_along(name, tangent, d1)
+    R.flags.writeable = False
+    return R
+
+
+def _frame_along(name: str, tangent: Vector, d1: Vector | None) -> Array:
     d3 = np.array(tangent)
     if d1 is None:
         return smallest_rotation(AXES[2], d3)

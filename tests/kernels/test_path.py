@@ -25,10 +25,11 @@ def test_a_column_turns_unstable_at_eulers_load() -> None:
 
 @pytest.mark.parametrize("corrected", [1e-4, 1e-2, 0.08, 0.3])
 @pytest.mark.parametrize("predicted", [1e-3, 0.2, 0.6])
-def test_the_corrector_would_turn_the_rod_as_wanted(predicted: float, corrected: float) -> None:
-    """What it turns grows with the square of the step, what the predictor turns with the step."""
-    growth = step_control.growth(predicted, corrected, 1e-5)
-    next_turn, next_share = corrected * growth**2, corrected * growth / predicted
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_corrector_would_turn_the_rod_as_wanted(order: int, predicted: float, corrected: float) -> None:
+    """What it turns grows with the power order + 1 of the step, what the predictor turns with the step."""
+    growth = step_control.growth(predicted, corrected, 1e-5, order)
+    next_turn, next_share = corrected * growth ** (order + 1), corrected * growth**order / predicted
     assert 0.5 <= growth <= 4.0
     if growth > 0.5:
         assert next_turn <= step_control.WANTED_CORRECTED_TURN * 1.0000001
@@ -38,7 +39,7 @@ def test_the_corrector_would_turn_the_rod_as_wanted(predicted: float, corrected:
 
 
 def test_the_corrector_may_turn_the_rod_by_a_share_of_what_was_predicted() -> None:
-    assert step_control.growth(0.1, 1e-6, 1e-5) == 4.0
+    assert step_control.growth(0.1, 1e-6, 1e-5, 2) == 4.0
     assert step_control.allowed(0.2, 1e-5) == 0.1
     assert step_control.allowed(1e-9, 1e-5) == 1e-5
     assert step_control.allowed(10.0, 1e-5) == step_control.LARGEST_CORRECTED_TURN

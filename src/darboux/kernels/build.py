@@ -83,8 +83,9 @@ def _in_a_process(name: str, helpers: list[str]) -> str:
     """Compile one module in a process of its own, for numba compiles one function at a time."""
     began = time.perf_counter()
     path = os.pathsep.join(filter(None, [str(built.FOLDER.parents[1]), os.environ.get("PYTHONPATH")]))
-    # By these numba compiles what kernels call for the same processor as the kernels.
+    # By these numba compiles what kernels call for the same processor, and makes vectors of four numbers, see fours.py.
     target = {} if processor() == "host" else {"NUMBA_CPU_NAME": processor(), "NUMBA_CPU_FEATURES": ""}
+    target["NUMBA_SLP_VECTORIZE"] = "1"
     done = subprocess.run(
         [sys.executable, "-m", "darboux.kernels.build", name, *helpers],
         env=os.environ | target | {"PYTHONPATH": path, "DARBOUX_JIT": "1"},
@@ -99,7 +100,7 @@ def _in_a_process(name: str, helpers: list[str]) -> str:
 
 
 def _compile(name: str, helpers: list[str]) -> None:
-    """Compile one module, to be linked with numba's helpers."""
+    """Compile one module and those that are in its extension, to be linked with numba's helpers."""
     warnings.simplefilter("ignore")  # that pycc may be replaced one day
     from numba.core import compiler
     from numba.pycc import CC
@@ -111,16 +112,18 @@ def _compile(name: str, helpers: list[str]) -> None:
         return made
 
     pycc.Flags = flags  # there is no option for it
-    module = importlib.import_module(f"darboux.kernels.{name}")
+    parts = [part for part, home in built.homes().items() if home == name]
+    modules = {part: importlib.import_module(f"darboux.kernels.{part}") for part in parts}
     _leave_out_what_python_calls()
-    extension = CC(built.extension(name), source_module=module)
+    extension = CC(built.extension(name), source_module=modules[name])
     extension.target_cpu = processor()
     extension.output_dir = str(built.FOLDER)
     extension.output_file = built.file(name, processor()).name
-    for word, kernel in vars(module).items():
-        if _is_public(kernel, word, module):
-            signature, flat = _flat(kernel)
-            extension.export(word, signature)(flat)
+    for part, module in modules.items():
+        for word, kernel in vars(module).items():
+            if _is_public(kernel, word, module):
+                signature, flat = _flat(kernel)
+                extension.export(built.word(part, word), signature)(flat)
     extension._compile_mixins = lambda _: helpers
     extension._init_function = f"pycc_init_{HELPERS}"
     extension.compile()

@@ -1,6 +1,7 @@
 """Kernels that were compiled when darboux was built: whether they are there, and how Python calls them.
 
-Each module with public kernels has an extension module beside it, `_band_0a1b2c3d4e5f.x86-64-v3` for band.py. Its name holds
+A module that no other imports has an extension module beside it, `_path_0a1b2c3d4e5f.x86-64-v3` for path.py, which holds the
+kernels of the modules that it imports too: compiled together they are compiled once. Its name holds
 the digest of the sources that it was made from, so that another state of the sources does not find it, and the processor that
 it was made for, as LLVM calls it: what was made for x86-64-v3 is not taken on a processor that is older.
 
@@ -35,31 +36,50 @@ IMPORTED = re.compile(r"^from darboux\.kernels(?:\.(\w+) import|\s+import ([\w, 
 
 
 @functools.cache
+def _sources() -> dict[str, bytes]:
+    return {path.stem: path.read_bytes().replace(b"\r\n", b"\n") for path in sorted(FOLDER.glob("*.py"))}
+
+
+@functools.cache
+def reached(name: str) -> frozenset[str]:
+    """Return the modules that a module of kernels is made from: itself, those it imports, and so on."""
+    imports = IMPORTED.findall(_sources()[name].decode())
+    words = {word.split()[0] for found in imports for word in (found[0] or found[1]).split(",")} & _sources().keys()
+    return frozenset({name}).union(*(reached(other) for other in words - TOOLS))
+
+
+@functools.cache
+def homes() -> dict[str, str]:
+    """Return the modules that have public kernels, each with the module in whose extension these are: one that no other imports."""
+    public = [name for name, source in _sources().items() if PUBLIC.search(source.decode())]
+    above = {name: [other for other in public if other != name and name in reached(other)] for name in public}
+    return {name: next((other for other in above[name] if not above[other]), name) for name in public}
+
+
+def _homed(name: str) -> list[bytes]:
+    """Return the names of what an extension holds."""
+    return [part.encode() for part, home in homes().items() if home == name]
+
+
+@functools.cache
 def modules() -> dict[str, str]:
-    """Return the modules that have public kernels, each with the digest of all sources that it is made from."""
-    sources = {path.stem: path.read_bytes().replace(b"\r\n", b"\n") for path in sorted(FOLDER.glob("*.py"))}
-    texts = {name: source.decode() for name, source in sources.items()}
-    digests = {name: hashlib.sha256(source).digest() for name, source in sources.items()}
-    imports = {
-        name: {word.strip() for found in IMPORTED.findall(text) for word in (found[0] or found[1]).split(",")}
-        for name, text in texts.items()
+    """Return the modules with an extension module beside them, each with the digest of all sources that it is made from."""
+    digests = {name: hashlib.sha256(source).digest() for name, source in _sources().items()}
+    made_from = {name: sorted(reached(name) | {"calling"}) for name in sorted(set(homes().values()))}
+    return {
+        name: hashlib.sha256(b"".join([*(digests[each] for each in parts), *_homed(name)])).hexdigest()[:12]
+        for name, parts in made_from.items()
     }
-    found = {}
-    for name, text in texts.items():
-        if PUBLIC.search(text):
-            reached: set[str] = set()
-            waiting = {name, "calling"}
-            while waiting:
-                reached |= waiting
-                waiting = {other for each in waiting for other in imports[each] & sources.keys()} - reached - TOOLS
-            digest = hashlib.sha256(b"".join(digests[each] for each in sorted(reached)))
-            found[name] = digest.hexdigest()[:12]
-    return found
 
 
 def extension(name: str) -> str:
     """Return the name of the extension module of a module of kernels."""
     return f"_{name}_{modules()[name]}"
+
+
+def word(module: str, kernel: str) -> str:
+    """Return what a kernel is called in its extension module."""
+    return f"{module}_{kernel}"
 
 
 def file(name: str, processor: str) -> Path:
@@ -112,9 +132,9 @@ def kernel(function: Callable[..., Any]) -> Any:
     hints = dict(calling.hints(function))
     returned = hints.pop("return")
     call = ", ".join(text for name, hint in hints.items() for text, _ in calling.parts(hint, name))
-    module = _loaded(function.__module__.rpartition(".")[2])
+    module = function.__module__.rpartition(".")[2]
     names = {
-        "built_": getattr(module, function.__name__),
+        "built_": getattr(_loaded(homes()[module]), word(module, function.__name__)),
         "returned_": returned,
         "refuse_": functools.partial(_refuse, hints),
     }

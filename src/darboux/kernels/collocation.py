@@ -44,8 +44,10 @@ from darboux.kernels.algebra import (
     turn,
     vector,
 )
+from darboux.kernels.element import LINE, acts, bench, is_explicit, keep, write_element, write_stages, write_steps
+from darboux.kernels.gauss import point, weight
 from darboux.kernels.jit import inline, jit
-from darboux.kernels.profile import Profile, columns, evaluate
+from darboux.kernels.profile import columns, evaluate
 from darboux.kernels.rod_equations import (
     DEAD_MOMENT,
     FOLLOWER_FORCE,
@@ -64,49 +66,16 @@ from darboux.kernels.rod_equations import (
     write_rate,
 )
 from darboux.kernels.support import NUMBERS, conditions, joint
+from darboux.kernels.system import FREE, M_, N_, PHI, R_, ROW, SIDES, System
 
 Array = NDArray[np.float64]
 
-FREE = 12  # unknowns of a node: dr, phi, dn, dm
-SIDES = 2  # right sides: the residual, and the load factor's
-R_, PHI, N_, M_ = 0, 3, 6, 9  # where the parts of the unknowns begin
-FEWEST_STAGES, MOST_STAGES = 2, 5
 SHAPED_COUPLE, SHAPED = 21, 42  # of a load that is a function of the shape: f, df/dr, df/dphi, then l likewise
-ROW = 2 * FREE + SIDES  # of the eliminated rows: 12 columns of the node, 12 of the next one, the right sides
+WIDE = ROW + 2  # numbers of such a row where they are eliminated: a multiple of four, for the compiler's vectors
 
 # The parts of a state, where they begin and how many numbers they have.
 R, Q, N, M, PARTS = 0, 1, 2, 3, 4
 BEGIN, SIZE = np.array([POSITION, ROTATION, FORCE, MOMENT]), np.array([3, 4, 3, 3])
-
-
-def _gauss(stages: int) -> tuple[Array, Array]:
-    """Return the points c of Gauss' method on [0, 1], and the weights a with b as their last row."""
-    x, w = np.polynomial.legendre.leggauss(stages)
-    c, b = 0.5 * (x + 1.0), 0.5 * w
-    powers = np.arange(1, stages + 1)
-    a = (c[:, None] ** powers / powers) @ np.linalg.inv(c[:, None] ** (powers - 1))
-    return c, np.vstack([a, b])
-
-
-# One row of numbers per method, by its stages: c, a row by row, b.
-PER_METHOD = 2 * MOST_STAGES + MOST_STAGES**2
-METHODS = np.zeros((MOST_STAGES + 1) * PER_METHOD)
-for _stages in range(FEWEST_STAGES, MOST_STAGES + 1):
-    _numbers = np.concatenate([part.ravel() for part in _gauss(_stages)])
-    METHODS[_stages * PER_METHOD : _stages * PER_METHOD + _numbers.size] = _numbers
-
-
-class System(NamedTuple):
-    """The rod on a mesh at a load factor, all arrays flat."""
-
-    stages: int
-    x: Array  # (N + 1,), the nodes
-    y: Array  # (N + 1, 13), the states there
-    Y: Array  # (N, stages, 13), those at Gauss' points
-    table: Profile  # the coefficients of the rod equations at this load factor
-    rate: Profile  # their derivatives by the load factor, in the same pieces
-    shaped: Array  # (N, stages, SHAPED), the loads that are functions of the shape, or none
-    load_factor: float
 
 
 class Plan(NamedTuple):
@@ -131,25 +100,14 @@ class Plan(NamedTuple):
     piece: NDArray[np.int64]  # the piece of the table that was found last (1,)
 
 
-@inline
-def _acts(table: Profile, first: int, end: int) -> bool:
-    """Whether any of these columns differs from zero anywhere."""
-    width = columns(table)
-    for k in range(0, table.coefficients.size, width):
-        for j in range(first, end):
-            if table.coefficients[k + j] != 0.0:
-                return True
-    return False
-
-
 @jit
 def _planned(system: System, sides: int) -> Plan:
     """Find an order in which as many parts as possible are explicit: given by those before them and by unknown ones."""
     table, shaped = system.table, system.shaped.size > 0
-    coupled, stretches = columns(table) > WIDTH, _acts(table, SINV, K0)
+    coupled, stretches = columns(table) > WIDTH, acts(table, SINV, K0)
     by_place, by_turn = (
-        shaped or _acts(table, FORCE_GRADIENT, FOLLOWER_FORCE),
-        shaped or _acts(table, FOLLOWER_FORCE, DEAD_MOMENT),
+        shaped or acts(table, FORCE_GRADIENT, FOLLOWER_FORCE),
+        shaped or acts(table, FOLLOWER_FORCE, DEAD_MOMENT),
     )
     links = np.array(
         [
@@ -207,7 +165,7 @@ def _linearise(system: System, i: int, plan: Plan) -> None:
     for l in range(system.stages):
         y, j = (i * system.stages + l) * STATES, l * SIDES * STATES
         J = plan.J[l * STATES * STATES : (l + 1) * STATES * STATES]
-        place = system.x[i] + h * METHODS[system.stages * PER_METHOD + l]
+        place = system.x[i] + h * point(system.stages, l)
         while piece < table.breaks.size - 2 and table.breaks[piece + 1] <= place:
             piece += 1
         evaluate(table, piece, place, c)
@@ -255,7 +213,7 @@ def _slope(plan: Plan, part: int, l: int) -> None:
 def _condense(system: System, i: int, start: Array, plan: Plan) -> None:
     """Write the rows of (1) and of y_i+1, part by part, from a start whose residuals alone stand on the right side."""
     X, F, width, count = plan.X, plan.F, plan.width, plan.stages
-    h, weights = system.x[i + 1] - system.x[i], count * PER_METHOD + count
+    h = system.x[i + 1] - system.x[i]
     for part in plan.order:
         size = SIZE[part]
         for j in range(count + 1):
@@ -268,7 +226,7 @@ def _condense(system: System, i: int, start: Array, plan: Plan) -> None:
             _slope(plan, part, l)
             for j in range(count + 1):
                 x = _row(plan, part, j) * width
-                add_multiple(X, x, h * METHODS[weights + j * count + l], F, 0, size * width)
+                add_multiple(X, x, h * weight(count, j, l), F, 0, size * width)
     for k in range(plan.unknowns):
         X[(plan.explicit * count + k) * width + k] -= 1.0
 
@@ -293,6 +251,30 @@ def _eliminate(V: Array, unknowns: int, candidates: int, rows: int, width: int) 
             factor = V[i * width + k] * over
             if factor != 0.0:
                 add_multiple(V, i * width + k + 1, -factor, V, k * width + k + 1, width - k - 1)
+    return sign
+
+
+@jit
+def _eliminate_node(V: Array) -> float:
+    """Eliminate a node's columns from the 18 rows at hand; return the sign of the pivots."""
+    sign = 1.0
+    for k in range(FREE):
+        pivot = k
+        for i in range(k + 1, 18):
+            if abs(V[i * WIDE + k]) > abs(V[pivot * WIDE + k]):
+                pivot = i
+        at = np.uint64(k * WIDE)
+        if pivot != k:
+            other, sign = np.uint64(pivot * WIDE), -sign
+            for j in range(np.uint64(WIDE)):
+                V[at + j], V[other + j] = V[other + j], V[at + j]
+        over = 1.0 / V[k * WIDE + k]
+        sign = -sign if over < 0.0 else sign
+        for i in range(k + 1, 18):
+            to, factor = np.uint64(i * WIDE), V[i * WIDE + k] * over
+            if factor != 0.0:
+                for j in range(np.uint64(WIDE)):
+                    V[to + j] -= factor * V[at + j]
     return sign
 
 
@@ -336,37 +318,44 @@ def _element(system: System, i: int, plan: Plan, start: Array, T: Array) -> None
 
 
 @jit
-def sweep(system: System, supports: Array, last: Array, factors: Array) -> float:
+def sweep(system: System, supports: Array, last: Array, factors: Array, kept: Array) -> float:
     """Eliminate all elements; return the sign of the pivots.
 
     supports (those of the start, of each station, of the end, NUMBERS each); last (12 x 14,) out, the twelve equations that are
-    left for the end and their right sides; factors (N x 12 x ROW,) out, for `back`.
+    left for the end and their right sides; factors (N x 12 x ROW,) out, for `back`; kept (N x 4 stages x LINE,) out, for `advance`.
     """
-    plan, start = _planned(system, FREE + SIDES), np.empty(STATES)
-    V = np.zeros(18 * ROW)
-    T = V[6 * ROW :]
+    explicit, at, plan, start = is_explicit(system), bench(), _planned(system, FREE + SIDES), np.empty(STATES)
+    V, T = np.zeros(18 * WIDE), np.empty(FREE * ROW)
     sign, elements, station = 1.0, system.x.size - 1, 0
+    size = 4 * system.stages * LINE
     conditions(supports[:NUMBERS], system.y[:STATES], system.load_factor, last)
     for i in range(elements):
         for row in range(6):
             for k in range(FREE):
-                V[row * ROW + k] = last[row * (FREE + SIDES) + k]
-                V[row * ROW + FREE + k] = 0.0
+                V[row * WIDE + k] = last[row * (FREE + SIDES) + k]
+                V[row * WIDE + FREE + k] = 0.0
             for k in range(SIDES):
-                V[row * ROW + 2 * FREE + k] = last[row * (FREE + SIDES) + FREE + k]
-        if system.x[i + 1] > system.x[i]:
-            _element(system, i, plan, start, T)
-        else:
+                V[row * WIDE + 2 * FREE + k] = last[row * (FREE + SIDES) + FREE + k]
+        if system.x[i + 1] == system.x[i]:
             station += 1
             here = i * STATES
             before, behind = system.y[here : here + STATES], system.y[here + STATES : here + 2 * STATES]
             joint(supports[station * NUMBERS : (station + 1) * NUMBERS], before, behind, system.load_factor, T)
-        sign *= _eliminate(V, FREE, 18, 18, ROW)
-        for k in range(FREE * ROW):
-            factors[i * FREE * ROW + k] = V[k]
+        elif explicit:
+            write_element(system, i, at, T)
+            keep(at, system.stages, kept[i * size : (i + 1) * size])
+        else:
+            _element(system, i, plan, start, T)
+        for row in range(FREE):
+            for k in range(ROW):
+                V[(6 + row) * WIDE + k] = T[row * ROW + k]
+        sign *= _eliminate_node(V)
+        for row in range(FREE):
+            for k in range(ROW):
+                factors[(i * FREE + row) * ROW + k] = V[row * WIDE + k]
         for row in range(6):
             for k in range(FREE + SIDES):
-                last[row * (FREE + SIDES) + k] = V[(FREE + row) * ROW + FREE + k]
+                last[row * (FREE + SIDES) + k] = V[(FREE + row) * WIDE + FREE + k]
     at_end = system.y[elements * STATES :]
     conditions(supports[supports.size - NUMBERS :], at_end, system.load_factor, last[6 * (FREE + SIDES) :])
     return sign
@@ -380,13 +369,14 @@ def back(factors: Array, delta: Array) -> None:
         here, there = i * FREE * SIDES, (i + 1) * FREE * SIDES
         for row in range(FREE - 1, -1, -1):
             f = (i * FREE + row) * ROW
-            for side in range(SIDES):
-                value = factors[f + 2 * FREE + side]
-                for k in range(FREE):
-                    value -= factors[f + FREE + k] * delta[there + k * SIDES + side]
-                for k in range(row + 1, FREE):
-                    value -= factors[f + k] * delta[here + k * SIDES + side]
-                delta[here + row * SIDES + side] = value / factors[f + row]
+            one, two = factors[f + 2 * FREE], factors[f + 2 * FREE + 1]
+            for k in range(FREE):
+                one -= factors[f + FREE + k] * delta[there + k * SIDES]
+                two -= factors[f + FREE + k] * delta[there + k * SIDES + 1]
+            for k in range(row + 1, FREE):
+                one -= factors[f + k] * delta[here + k * SIDES]
+                two -= factors[f + k] * delta[here + k * SIDES + 1]
+            delta[here + row * SIDES], delta[here + row * SIDES + 1] = one / factors[f + row], two / factors[f + row]
 
 
 @inline
@@ -403,13 +393,15 @@ def _solve(plan: Plan, change: float) -> None:
 
 
 @jit
-def advance(system: System, delta: Array, change: float, part: float, y_new: Array, Y_new: Array) -> None:
+def advance(system: System, delta: Array, change: float, part: float, kept: Array, y_new: Array, Y_new: Array) -> None:
     """Write the nodes and stages moved by `part` of a step and of the load factor's change.
 
-    delta (N + 1, 12, SIDES) flat, of which the first side is the step.
+    delta (N + 1, 12, SIDES) flat, of which the first side is the step; kept as `sweep` wrote it, or none.
     """
     stages, x, y, Y = system.stages, system.x, system.y, system.Y
+    explicit, at, T, dq = is_explicit(system), bench(), np.empty(FREE * ROW), np.empty(4 * stages)
     plan, start, moved = _planned(system, SIDES), np.empty(STATES), np.empty(STATES)
+    new, size, of_element = _with_states(system, y_new, Y_new), 4 * stages * LINE, np.empty(4 * stages * LINE)
     for i in range(x.size):
         _moved(y, i * STATES, delta, i * FREE * SIDES, 1.0, start)
         _moved(y, i * STATES, delta, i * FREE * SIDES, part, moved)
@@ -421,20 +413,37 @@ def advance(system: System, delta: Array, change: float, part: float, y_new: Arr
             y_new[i * STATES + a] = moved[a] / over
         if i + 1 == x.size:
             break
-        at = i * stages * STATES
+        first = i * stages * STATES
         if x[i + 1] == x[i]:
             for k in range(stages * STATES):
-                Y_new[at + k] = Y[at + k]
-            continue
-        plan.X[:] = 0.0
-        _linearise(system, i, plan)
-        _condense(system, i, start, plan)
-        _solve(plan, change)
-        for p in range(PARTS):
-            for j in range(stages):
-                for a in range(SIZE[p]):
-                    k = at + j * STATES + BEGIN[p] + a
-                    Y_new[k] = Y[k] + part * plan.X[(_row(plan, p, j) + a) * plan.width + plan.unknowns]
+                Y_new[first + k] = Y[first + k]
+        elif explicit:
+            if kept.size == 0:
+                write_element(system, i, at, T)
+                keep(at, stages, of_element)
+            else:
+                of_element = kept[i * size : (i + 1) * size]
+            write_steps(of_element, delta[i * FREE * SIDES : (i + 1) * FREE * SIDES], change, dq)
+            for k in range(4 * stages):
+                q = first + k // 4 * STATES + ROTATION + k % 4
+                Y_new[q] = Y[q] + part * dq[k]
+            write_stages(new, i, at)
+        else:
+            plan.X[:] = 0.0
+            _linearise(system, i, plan)
+            _condense(system, i, start, plan)
+            _solve(plan, change)
+            for p in range(PARTS):
+                for j in range(stages):
+                    for a in range(SIZE[p]):
+                        k = first + j * STATES + BEGIN[p] + a
+                        Y_new[k] = Y[k] + part * plan.X[(_row(plan, p, j) + a) * plan.width + plan.unknowns]
+
+
+@inline
+def _with_states(system: System, y: Array, Y: Array) -> System:
+    parts = (system.table, system.rate, system.shaped, system.load_factor)
+    return System(system.stages, system.x, y, Y, *parts)
 
 
 @inline
@@ -454,12 +463,15 @@ def _moved(y: Array, at: int, delta: Array, k: int, part: float, out: Array) -> 
 def transfers(system: System, transfer: Array) -> None:
     """Write T_i of (3), with rotations in the fixed frame, for every element that has a width: transfer (12 x 12 each,)."""
     x, y = system.x, system.y
-    plan, start, T = _planned(system, FREE + SIDES), np.empty(STATES), np.empty(FREE * ROW)
-    at = 0
+    explicit, at, plan, start = is_explicit(system), bench(), _planned(system, FREE + SIDES), np.empty(STATES)
+    T, first = np.empty(FREE * ROW), 0
     for i in range(x.size - 1):
         if x[i + 1] == x[i]:
             continue
-        _element(system, i, plan, start, T)
+        if explicit:
+            write_element(system, i, at, T)
+        else:
+            _element(system, i, plan, start, T)
         R0 = rotation(quaternion(y, i * STATES + ROTATION))
         R1 = rotation(quaternion(y, (i + 1) * STATES + ROTATION))
         for k in range(FREE):
@@ -467,9 +479,9 @@ def transfers(system: System, transfer: Array) -> None:
             put(T, PHI * ROW + k, ROW, phi)
         for row in range(FREE):
             for k in range(FREE):
-                transfer[at + row * FREE + k] = T[row * ROW + k]
-            put(transfer, at + row * FREE + PHI, 1, rotate(R0, vector(T, row * ROW + PHI)))
-        at += FREE * FREE
+                transfer[first + row * FREE + k] = T[row * ROW + k]
+            put(transfer, first + row * FREE + PHI, 1, rotate(R0, vector(T, row * ROW + PHI)))
+        first += FREE * FREE
 
 
 @jit

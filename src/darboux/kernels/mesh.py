@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.collocation import FEWEST_STAGES, METHODS, MOST_STAGES, PER_METHOD
+from darboux.kernels.gauss import FEWEST_STAGES, METHODS, MOST_STAGES, PER_METHOD, point
 from darboux.kernels.jit import inline, jit
 from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION, STATES
 
@@ -173,7 +173,7 @@ def lay_on(
     points = np.empty((x_new.size - 1) * stages_new)
     for i in range(x_new.size - 1):
         for j in range(stages_new):
-            points[i * stages_new + j] = x_new[i] + (x_new[i + 1] - x_new[i]) * METHODS[stages_new * PER_METHOD + j]
+            points[i * stages_new + j] = x_new[i] + (x_new[i + 1] - x_new[i]) * point(stages_new, j)
     interpolate(x, y, Y, stages, x_new, y_new)
     interpolate(x, y, Y, stages, points, Y_new)
     for i in range(x_new.size):

@@ -15,9 +15,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.collocation import FREE, SIDES, System, advance, back, measure, solve_last, sweep
+from darboux.kernels.collocation import advance, back, measure, solve_last, sweep
+from darboux.kernels.element import LINE
 from darboux.kernels.jit import jit
+from darboux.kernels.mesh import units
+from darboux.kernels.rod_equations import FORCE, MOMENT, STATES
 from darboux.kernels.singular_values import solve_by_singular_values
+from darboux.kernels.system import FREE, M_, N_, ROW, SIDES, System
 
 Array = NDArray[np.float64]
 
@@ -34,6 +38,7 @@ class Work(NamedTuple):
     factors: Array  # (N, 12, ROW)
     last: Array  # (12, 14), the equations that are left for the end
     delta: Array  # (N + 1, 12, SIDES), the last step, and the derivative by the load factor
+    steps: Array  # (N, 4 stages, LINE), how the stages follow from the nodes
     y: Array  # (N + 1, 13)
     Y: Array  # (N, stages, 13)
     kept: Array  # (KEPT,)
@@ -42,6 +47,14 @@ class Work(NamedTuple):
 # What is kept: the last step's length (infinite before the first), the sum of the steps' turns, how many steps, the sign of the
 # determinant, the last step's turn and that of the derivative by the load factor, how many motions are free.
 LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, KEPT = 0, 1, 2, 3, 4, 5, 6, 7
+
+
+def new_work(elements: int, stages: int) -> Work:
+    """Return the work of so many elements."""
+    factors, last = np.empty(elements * FREE * ROW), np.empty(FREE * (FREE + SIDES))
+    delta, steps = np.empty((elements + 1) * FREE * SIDES), np.empty(elements * 4 * stages * LINE)
+    y, Y = np.empty((elements + 1) * STATES), np.empty(elements * stages * STATES)
+    return Work(factors, last, delta, steps, y, Y, np.zeros(KEPT))
 
 
 @jit
@@ -58,14 +71,16 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
     A step must be at most half as long as the one before, or within 10 tolerances, or within the floor that rounding sets. It is
     the last one if it, or the next one as foreseen, is below both. With `most` = 0 a step is solved for, but not taken.
     """
-    kept = work.kept
+    kept, unit, of_state = work.kept, np.ones(FREE), np.empty(STATES)
     while True:
-        sign = sweep(system, supports, work.last, work.factors)
+        sign = sweep(system, supports, work.last, work.factors, work.steps)
         at_end = work.delta[work.delta.size - FREE * SIDES :]
         pivot = solve_last(work.last.copy(), at_end)
         kept[SIGN], kept[IDLE_MOTIONS] = sign * np.sign(pivot), 0.0
         if abs(pivot) < SINGULAR:
-            kept[IDLE_MOTIONS] = solve_by_singular_values(work.last, at_end)
+            units(system.y, of_state)
+            unit[N_:M_], unit[M_:] = of_state[FORCE], of_state[MOMENT]
+            kept[IDLE_MOTIONS] = solve_by_singular_values(work.last, unit, at_end)
         back(work.factors, work.delta)
         last = kept[LENGTH]
         length, kept[TURN] = measure(system.y, work.delta, 0)
@@ -76,7 +91,7 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
             return LOST
         if most == 0:
             return CONVERGED
-        advance(system, work.delta, 0.0, 1.0, work.y, work.Y)
+        advance(system, work.delta, 0.0, 1.0, work.steps, work.y, work.Y)
         system.y[:] = work.y
         system.Y[:] = work.Y
         kept[TURNED] += kept[TURN]

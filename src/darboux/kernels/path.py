@@ -1,7 +1,7 @@
 """The equilibrium that starts at one load factor, followed while all loads and displacements grow: to load factor 1, or to its end.
 
-A tangent predictor, Newton's corrector, a step that is chosen by how far the rod turns; on the way the mesh is laid anew where it
-leaves out too much. What is followed is an affine law c + lambda c' of the coefficients, and poses that move evenly.
+A predictor by two tangents, Newton's corrector, a step that is chosen by how far the rod turns; on the way the mesh is laid
+anew where it leaves out too much. What is followed is an affine law c + lambda c' of the coefficients, and poses that move evenly.
 
 The path is a machine of few phases, each a function below. It returns to Python where something is asked of it, and goes on
 when it is called again.
@@ -16,20 +16,23 @@ from numpy.typing import NDArray
 
 from darboux.kernels import step_control as control
 from darboux.kernels.algebra import dot, quaternion, rotation, unrotate, vector
-from darboux.kernels.collocation import FREE, ROW, SHAPED, SIDES, System, advance
-from darboux.kernels.jit import jit
+from darboux.kernels.collocation import SHAPED, advance
+from darboux.kernels.element import LINE
+from darboux.kernels.jit import inline, jit
 from darboux.kernels.mesh import lay, lay_on, roughness
 from darboux.kernels.newton import CONVERGED, LOADS, LOST, SIGN, STEPS, TANGENT_TURN, TURNED, Work, begin, newton
 from darboux.kernels.profile import Profile, columns, evaluate, piece_at
 from darboux.kernels.rod_equations import COUPLING, FORCE, MOMENT, ROTATION, SINV, STATES, WIDTH
 from darboux.kernels.stability import unstable_directions
 from darboux.kernels.support import NUMBERS, WAY, pose
+from darboux.kernels.system import FREE, ROW, SIDES, System
 
 Array = NDArray[np.float64]
 
 WANTED = 0.1  # of the roughness that is allowed: that of a mesh that is laid anew
 MOST_ITERATIONS = 8
 FEWEST_ELEMENTS, MOST_ELEMENTS = 8, 20_000
+LARGEST_POWER = 3.0  # of the load, with which a tangent is taken to go
 
 # Why `follow` returns: load factor 1, an end, so many steps, loads that are functions of the shape are wanted at the states of the
 # mesh ASKED, stability changes (the mesh TRIED is behind that), the arrays are too small for WISHED elements.
@@ -70,6 +73,7 @@ class Course(NamedTuple):
     tried: Nodes  # the next one
     laid: Nodes  # that on a better mesh
     tangent: Array  # of `here` by the load factor
+    last_tangent: Array  # of the equilibrium before it, on the same nodes
     next_tangent: Array
     work: Work
     table: Array  # the coefficients at the load factor of now
@@ -82,7 +86,8 @@ class Course(NamedTuple):
 
 # What is kept in `real`: the load factor, the one that is tried, the next step, the first one, the tangent's turn and the tried
 # mesh's, by how much the corrector turned the rod, the determinant's signs, the load factor of table and supports.
-FACTOR, GOAL, STEP, FIRST, TURN, NEXT_TURN, CORRECTED, SIGN_HERE, NEXT_SIGN, LOADED, REALS = range(11)
+# LAST: that of the equilibrium before, or not a number.
+FACTOR, GOAL, STEP, FIRST, TURN, NEXT_TURN, CORRECTED, SIGN_HERE, NEXT_SIGN, LOADED, LAST, REALS = range(12)
 # ... and in `whole`: the phase, how many elements each mesh has, steps, rejected ones, Newton's iterations, the unstable directions
 # (UNCOUNTED: not known) here and there, which mesh is asked about, how many elements are wished for.
 PHASE, HERE, TRIED, LAID, TAKEN, REJECTED, ITERATIONS, INDEX, NEXT_INDEX, ASKED, WISHED, WHOLES = range(12)
@@ -126,6 +131,7 @@ def _work(rod: Rod, course: Course, elements: int) -> Work:
         work.factors[: elements * FREE * ROW],
         work.last,
         work.delta[: (elements + 1) * FREE * SIDES],
+        work.steps[: elements * 4 * rod.stages * LINE],
         work.y[: (elements + 1) * STATES],
         work.Y[: elements * rod.stages * STATES],
         work.kept,
@@ -187,7 +193,7 @@ def _begin(rod: Rod, course: Course) -> int:
     real[SIGN_HERE], real[TURN] = kept[SIGN], kept[TANGENT_TURN] if reason == CONVERGED else np.inf
     _keep_tangent(course, course.tangent, whole[HERE])
     whole[INDEX] = _counted(rod, course, system)
-    real[STEP] = control.LARGEST_STEP
+    real[STEP], real[LAST] = control.LARGEST_STEP, np.nan
     whole[PHASE] = PREDICTING
     return GO_ON
 
@@ -212,9 +218,48 @@ def _choose_step(course: Course) -> int:
     return GO_ON
 
 
+@inline
+def _span(p: float, a: float, b: float) -> float:
+    """The integral of x^p from a to b."""
+    q = p + 1.0
+    value: float = np.log(b / a) if abs(q) < 1e-6 else (b**q - a**q) / q
+    return value
+
+
+@inline
+def _shares(real: Array, length: float, last_length: float) -> tuple[float, float]:
+    """How much of the last tangent, of this length, and of the one before a prediction takes.
+
+    Adams' and Bashforth's method of second order in a variable v along which the tangent keeps its length:
+
+        y(v2) - y(v1) = (v2 - v1) ((1 + w) dy/dv(v1) - w dy/dv(v0)),     w = (v2 - v1) / 2 (v1 - v0)
+
+    with dv = x^p d lambda and x = (lambda + lambda_1) / (lambda(v1) + lambda_1); lambda_1 is the first step. So what goes with the
+    load itself is predicted exactly, p = 0, and what goes with a power of the load nearly so.
+    """
+    if not np.isfinite(real[LAST]) or length == 0.0 or last_length == 0.0:
+        return real[GOAL] - real[FACTOR], 0.0
+    here = real[FACTOR] + real[FIRST]
+    before, ahead = (real[LAST] + real[FIRST]) / here, (real[GOAL] + real[FIRST]) / here
+    p = min(max(np.log(last_length / length) / np.log(before), -LARGEST_POWER), LARGEST_POWER)
+    v = _span(p, 1.0, ahead)
+    w = 0.5 * v / _span(p, before, 1.0)
+    return here * v * (1.0 + w), -here * v * w / before**p
+
+
+@inline
+def _length(tangent: Array, elements: int, part: int) -> float:
+    """The length of a part of the tangent: of dr, phi, dn or dm at all nodes."""
+    square = 0.0
+    for i in range(elements + 1):
+        for k in range(i * FREE + part, i * FREE + part + 3):
+            square += tangent[k] ** 2
+    return float(np.sqrt(square))
+
+
 @jit
 def _predict(rod: Rod, course: Course) -> int:
-    """Move the last equilibrium along its tangent."""
+    """Move the last equilibrium along its tangent and the one before."""
     reason = _choose_step(course)
     if reason != GO_ON:
         return reason
@@ -222,11 +267,17 @@ def _predict(rod: Rod, course: Course) -> int:
     elements, ahead = whole[HERE], real[GOAL] - real[FACTOR]
     system = _system(rod, course, course.here, elements, course.shaped_here, real[FACTOR])
     work = _work(rod, course, elements)
-    for k in range((elements + 1) * FREE):
-        work.delta[k * SIDES] = ahead * course.tangent[k]
+    for part in range(0, FREE, 3):
+        length, last_length = _length(course.tangent, elements, part), _length(course.last_tangent, elements, part)
+        share, last_share = _shares(real, length, last_length)
+        for i in range(elements + 1):
+            for k in range(i * FREE + part, i * FREE + part + 3):
+                work.delta[k * SIDES] = share * course.tangent[k]
+                if last_share != 0.0:
+                    work.delta[k * SIDES] += last_share * course.last_tangent[k]
     tried = course.tried
     tried.x[: elements + 1] = system.x
-    advance(system, work.delta, ahead, 1.0, tried.y[: system.y.size], tried.Y[: system.Y.size])
+    advance(system, work.delta, ahead, 1.0, work.steps[:0], tried.y[: system.y.size], tried.Y[: system.Y.size])
     begin(course.work)
     whole[TRIED], whole[PHASE], whole[ASKED] = elements, CORRECTING, TRIED
     return LOADS_WANTED if course.shaped.size > 0 else GO_ON
@@ -354,15 +405,33 @@ def _judge(rod: Rod, course: Course) -> int:
 
 
 @jit
+def _keep_last_tangent(course: Course) -> None:
+    """Write the tangent of the last equilibrium on the nodes of the tried mesh: between two of its own, their mean by distance."""
+    old, new, elements, i = course.here.x, course.tried.x, course.whole[HERE], 0
+    for k in range(course.whole[TRIED] + 1):
+        if k > 0 and new[k] == new[k - 1]:  # behind a joint
+            i, part = i + 1, 1.0
+        else:
+            while i < elements - 1 and old[i + 1] < new[k]:
+                i += 1
+            part = (new[k] - old[i]) / (old[i + 1] - old[i])
+        for a in range(FREE):
+            before, behind = course.tangent[i * FREE + a], course.tangent[(i + 1) * FREE + a]
+            course.last_tangent[k * FREE + a] = before + part * (behind - before)
+
+
+@jit
 def _accept(rod: Rod, course: Course) -> int:
     """Take the step, and choose the next one."""
     real, whole, elements = course.real, course.whole, course.whole[TRIED]
+    _keep_last_tangent(course)
     _copy(course.tried, course.here, elements, rod.stages)
     course.tangent[: (elements + 1) * FREE] = course.next_tangent[: (elements + 1) * FREE]
     course.shaped_here[:] = course.shaped
     real[STEP] = (real[GOAL] - real[FACTOR]) * control.growth(
-        real[TURN] * (real[GOAL] - real[FACTOR]), real[CORRECTED], rod.unseen
+        real[TURN] * (real[GOAL] - real[FACTOR]), real[CORRECTED], rod.unseen, 2 if np.isfinite(real[LAST]) else 1
     )
+    real[LAST] = real[FACTOR]
     real[FACTOR], real[TURN], real[SIGN_HERE] = real[GOAL], real[NEXT_TURN], real[NEXT_SIGN]
     whole[HERE], whole[INDEX], whole[PHASE] = elements, whole[NEXT_INDEX], PREDICTING
     whole[TAKEN] += 1

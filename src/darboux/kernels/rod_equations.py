@@ -43,6 +43,7 @@ from darboux.kernels.algebra import (
     quaternion,
     rotate,
     rotation,
+    scaled,
     symmetric_times,
     times,
     transposed_times,
@@ -50,6 +51,7 @@ from darboux.kernels.algebra import (
     unrotate,
     vector,
 )
+from darboux.kernels.fours import NOTHING, Four, four_plus, put_four
 from darboux.kernels.jit import inline, jit
 
 Array = NDArray[np.float64]
@@ -169,22 +171,68 @@ def _columns_of_position(c: Array, J: Array) -> None:
 
 
 @inline
-def _column_of_rotation(x: Section, dq: Quaternion, c: Array, J: Array, j: int) -> None:
-    """One column, for the unit quaternion dq that turns the frame by phi.
+def _by_components(q: Quaternion) -> tuple[Four, Four, Four]:
+    """phi as rows times dq: 2 vec(conj(q) dq) / |q|^2."""
+    w, x, y, z = q
+    t = 2.0 / (w * w + x * x + y * y + z * z)
+    w, x, y, z = t * w, t * x, t * y, t * z
+    return (-x, w, z, -y), (-y, -z, w, x), (-z, y, -x, w)
+
+
+@inline
+def _turned(a: Vector) -> tuple[Vector, Vector, Vector]:
+    """a x e_1, a x e_2 and a x e_3."""
+    return (0.0, a[2], -a[1]), (-a[2], 0.0, a[0]), (a[1], -a[0], 0.0)
+
+
+@inline
+def _put_row(J: Array, row: int, by_phi: Vector, phi: tuple[Four, Four, Four], more: Four) -> None:
+    """Four columns of a row of J: what the components of phi change, times phi by those of dq, and what dq changes besides."""
+    of_dq = four_plus(four_plus(four_plus(more, by_phi[0], phi[0]), by_phi[1], phi[1]), by_phi[2], phi[2])
+    put_four(J, row * STATES + ROTATION, of_dq)
+
+
+@inline
+def _put_rows(J: Array, row: int, columns: tuple[Vector, Vector, Vector], phi: tuple[Four, Four, Four]) -> None:
+    """Three such rows."""
+    x, y, z = columns
+    _put_row(J, row, (x[0], y[0], z[0]), phi, NOTHING)
+    _put_row(J, row + 1, (x[1], y[1], z[1]), phi, NOTHING)
+    _put_row(J, row + 2, (x[2], y[2], z[2]), phi, NOTHING)
+
+
+@inline
+def _columns_of_rotation(x: Section, c: Array, J: Array) -> None:
+    """The columns of dq, which turns the frame by phi.
 
     dr' = R (phi x v + S^-1 (N x phi))          dq' = 1/2 dq (0, k) + 1/2 q (0, B^-1 (M x phi))
     dn' = -R (phi x b)                          dm' = n x dr' - R (phi x lb)
     """
-    phi = turn(x.q, dq)
-    dv = symmetric_times(c, SINV, cross(x.material_n, phi))
-    dr = rotate(x.R, plus(cross(phi, x.v), dv))
-    dk = symmetric_times(c, BINV, cross(x.material_m, phi))
-    by_turning, by_bending = half_product(dq, x.k), half_product(x.q, dk)
-    put(J, POSITION * STATES + j, STATES, dr)
-    for row in range(4):
-        J[(ROTATION + row) * STATES + j] = by_turning[row] + by_bending[row]
-    put(J, FORCE * STATES + j, STATES, rotate(x.R, cross(vector(c, FOLLOWER_FORCE), phi)))
-    put(J, MOMENT * STATES + j, STATES, plus(cross(x.n, dr), rotate(x.R, cross(vector(c, FOLLOWER_MOMENT), phi))))
+    phi, k = _by_components(x.q), scaled(0.5, x.k)
+    by_N, by_v, by_M = _turned(x.material_n), _turned(x.v), _turned(x.material_m)
+    dr = (
+        rotate(x.R, minus(symmetric_times(c, SINV, by_N[0]), by_v[0])),
+        rotate(x.R, minus(symmetric_times(c, SINV, by_N[1]), by_v[1])),
+        rotate(x.R, minus(symmetric_times(c, SINV, by_N[2]), by_v[2])),
+    )
+    _put_rows(J, POSITION, dr, phi)
+    b, lb = _turned(vector(c, FOLLOWER_FORCE)), _turned(vector(c, FOLLOWER_MOMENT))
+    _put_rows(J, FORCE, (rotate(x.R, b[0]), rotate(x.R, b[1]), rotate(x.R, b[2])), phi)
+    dm = (
+        plus(cross(x.n, dr[0]), rotate(x.R, lb[0])),
+        plus(cross(x.n, dr[1]), rotate(x.R, lb[1])),
+        plus(cross(x.n, dr[2]), rotate(x.R, lb[2])),
+    )
+    _put_rows(J, MOMENT, dm, phi)
+    dq = (
+        half_product(x.q, symmetric_times(c, BINV, by_M[0])),
+        half_product(x.q, symmetric_times(c, BINV, by_M[1])),
+        half_product(x.q, symmetric_times(c, BINV, by_M[2])),
+    )
+    _put_row(J, ROTATION, (dq[0][0], dq[1][0], dq[2][0]), phi, (0.0, -k[0], -k[1], -k[2]))
+    _put_row(J, ROTATION + 1, (dq[0][1], dq[1][1], dq[2][1]), phi, (k[0], 0.0, k[2], -k[1]))
+    _put_row(J, ROTATION + 2, (dq[0][2], dq[1][2], dq[2][2]), phi, (k[1], -k[2], 0.0, k[0]))
+    _put_row(J, ROTATION + 3, (dq[0][3], dq[1][3], dq[2][3]), phi, (k[2], k[1], -k[0], 0.0))
 
 
 @inline
@@ -242,8 +290,7 @@ def write_jacobian(y: Array, i: int, c: Array, J: Array) -> None:
     x = coupled_section(y, i, c) if coupled(c) else section(y, i, c)
     _columns_of_position(c, J)
     _clear_coupling(J)
-    for a in range(4):
-        _column_of_rotation(x, quaternion(UNIT, 3 - a), c, J, ROTATION + a)
+    _columns_of_rotation(x, c, J)
     for a in range(3):
         e = vector(UNIT, 3 - a)
         _column_of_force(x, e, c, J, FORCE + a)

@@ -14,12 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import cross, vector
+from darboux.kernels.fours import NOTHING, four, four_plus, put_four
 from darboux.kernels.inertia import BLOCK, SQUARE, negative_eigenvalues
 from darboux.kernels.jit import inline, jit
 
 Array = NDArray[np.float64]
 
 HALF = BLOCK // 2
+LINE, INVERSE, OF_B = (
+    20,
+    HALF,
+    BLOCK,
+)  # of [1, A^-1, A^-1 B]: numbers in a row, a multiple of four, and where the parts begin
 ROUNDING = 1e-12  # of a piece's compliance
 
 
@@ -38,43 +44,38 @@ def _from_rotation_vectors(T: Array, at: int, m: Array, k: int) -> None:
 
 
 @jit
-def _invert(A: Array, inverse: Array) -> None:
-    """Invert A (6 x 6,) by Gauss and Jordan's elimination with the largest pivot of each column."""
-    for k in range(HALF * HALF):
-        inverse[k] = 0.0
+def _solve_piece(T: Array, at: int, M: Array, S: Array) -> None:
+    """Write A^-1 and A^-1 B, by Gauss and Jordan's elimination with the largest pivot of each column, and C A^-1.
+
+    T (12 x 12,) from `at` on is [A, B; C, D]; out: M (6 x LINE,) = [1, A^-1, A^-1 B], S (6 x 8,), of which six columns count.
+    """
+    for a in range(HALF):
+        for b in range(HALF):
+            M[a * LINE + b] = T[at + a * BLOCK + b]
+            M[a * LINE + INVERSE + b] = 1.0 if a == b else 0.0
+            M[a * LINE + OF_B + b] = T[at + a * BLOCK + HALF + b]
     for k in range(HALF):
-        inverse[k * (HALF + 1)] = 1.0
-    for k in range(HALF):
-        pivot = k
+        pivot, row = k, k * LINE
         for i in range(k + 1, HALF):
-            if abs(A[i * HALF + k]) > abs(A[pivot * HALF + k]):
+            if abs(M[i * LINE + k]) > abs(M[pivot * LINE + k]):
                 pivot = i
-        over = 1.0 / A[pivot * HALF + k]
-        for j in range(HALF):
-            A[k * HALF + j], A[pivot * HALF + j] = A[pivot * HALF + j], A[k * HALF + j]
-            inverse[k * HALF + j], inverse[pivot * HALF + j] = inverse[pivot * HALF + j], inverse[k * HALF + j]
-        for j in range(HALF):
-            A[k * HALF + j] *= over
-            inverse[k * HALF + j] *= over
+        over = 1.0 / M[pivot * LINE + k]
+        for j in range(0, LINE, 4):
+            here = four(M, row + j)
+            put_four(M, row + j, four_plus(NOTHING, over, four(M, pivot * LINE + j)))
+            if pivot != k:
+                put_four(M, pivot * LINE + j, here)
         for i in range(HALF):
-            factor = A[i * HALF + k]
-            if i == k or factor == 0.0:
-                continue
-            for j in range(HALF):
-                A[i * HALF + j] -= factor * A[k * HALF + j]
-                inverse[i * HALF + j] -= factor * inverse[k * HALF + j]
-
-
-@inline
-def _product(T: Array, at: int, inverse: Array, i: int, j: int, left: bool) -> float:
-    """The element (i, j) of A^-1 B, or of C A^-1, with the 6 x 6 block of T that begins at `at`."""
-    value = 0.0
-    for k in range(HALF):
-        if left:
-            value += inverse[i * HALF + k] * T[at + k * BLOCK + j]
-        else:
-            value += T[at + i * BLOCK + k] * inverse[k * HALF + j]
-    return value
+            factor = -M[i * LINE + k]
+            if i != k and factor != 0.0:
+                for j in range(0, LINE, 4):
+                    put_four(M, i * LINE + j, four_plus(four(M, i * LINE + j), factor, four(M, row + j)))
+    for a in range(HALF):
+        for j in range(0, 8, 4):
+            line = NOTHING
+            for k in range(HALF):
+                line = four_plus(line, T[at + (HALF + a) * BLOCK + k], four(M, k * LINE + INVERSE + j))
+            put_four(S, a * 8 + j, line)
 
 
 @inline
@@ -120,24 +121,18 @@ def assemble(T: Array, x: Array, m: Array, diagonal: Array, below: Array, weight
     (N x 144,); weights (N + 1 x 12,) the lengths that belong to a node's displacements. A negative eigenvalue belongs to each
     force whose compliance is positive; the softest piece is that of the largest compliance of bending and twist over h, or 1.
     """
-    A, inverse, G = np.empty(HALF * HALF), np.empty(HALF * HALF), np.empty(HALF * HALF)
+    M, S, G = np.zeros(HALF * LINE), np.empty(HALF * 8), np.empty(HALF * HALF)
     work, size = np.empty(SQUARE), np.full(1, HALF)
     of_forces, softest = 0, 1.0
     for i in range(x.size - 1):
         at, h = i * SQUARE, x[i + 1] - x[i]
         _from_rotation_vectors(T, at, m, 3 * i)
-        for a in range(HALF):
-            for b in range(HALF):
-                A[a * HALF + b] = T[at + a * BLOCK + b]
-        _invert(A, inverse)
+        _solve_piece(T, at, M, S)
         soft = 1.0
         for a in range(HALF):
             for b in range(a + 1):
-                g = 0.5 * (_product(T, at + HALF, inverse, a, b, True) + _product(T, at + HALF, inverse, b, a, True))
-                s = 0.5 * (
-                    _product(T, at + HALF * BLOCK, inverse, a, b, False)
-                    + _product(T, at + HALF * BLOCK, inverse, b, a, False)
-                )
+                g = 0.5 * (M[a * LINE + OF_B + b] + M[b * LINE + OF_B + a])
+                s = 0.5 * (S[a * 8 + b] + S[b * 8 + a])
                 G[a * HALF + b] = G[b * HALF + a] = g
                 diagonal[at + (HALF + a) * BLOCK + HALF + b] = diagonal[at + (HALF + b) * BLOCK + HALF + a] = -g
                 diagonal[at + SQUARE + a * BLOCK + b] = diagonal[at + SQUARE + b * BLOCK + a] = s
@@ -146,7 +141,7 @@ def assemble(T: Array, x: Array, m: Array, diagonal: Array, below: Array, weight
         for a in range(HALF):
             diagonal[at + a * BLOCK + HALF + a] = diagonal[at + (HALF + a) * BLOCK + a] = -1.0
             for b in range(HALF):
-                below[at + a * BLOCK + HALF + b] = inverse[b * HALF + a]
+                below[at + a * BLOCK + HALF + b] = M[b * LINE + INVERSE + a]
             weights[i * BLOCK + a] += 0.5 * h / soft
             weights[(i + 1) * BLOCK + a] += 0.5 * h / soft
         softest = max(softest, soft)

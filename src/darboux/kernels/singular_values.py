@@ -47,15 +47,17 @@ def _turn_pair(W: Array, V: Array, i: int, j: int) -> float:
 
 
 @jit
-def solve_by_singular_values(last: Array, delta: Array) -> int:
+def solve_by_singular_values(last: Array, unit: Array, delta: Array) -> int:
     """Solve the equations (12 x 14,) for delta (12 x 2,), and return how many motions are free.
 
-    Rows are scaled to length 1. With A = U S V^T a side b gives V S^-1 U^T b, but nothing along a free motion.
+    An unknown k is measured by unit[k] (12,), for the step of a large force is no free motion. Rows are scaled to length 1. With
+    A = U S V^T a side b gives V S^-1 U^T b, but nothing along a free motion.
     """
     W, V, size, norm = np.empty(SIZE * SIZE), np.zeros(SIZE * SIZE), np.empty(SIZE), np.zeros(SIDES)
     for row in range(SIZE):
         square = 0.0
         for k in range(SIZE):
+            last[row * WIDTH + k] *= unit[k]
             square += last[row * WIDTH + k] ** 2
         over = 1.0 / np.sqrt(square)
         for k in range(WIDTH):
@@ -95,5 +97,5 @@ def solve_by_singular_values(last: Array, delta: Array) -> int:
                 continue
             wanted /= max(size[j], ZERO * largest)
             for k in range(SIZE):
-                delta[k * SIDES + side] += V[k * SIZE + j] * wanted
+                delta[k * SIDES + side] += unit[k] * V[k * SIZE + j] * wanted
     return free

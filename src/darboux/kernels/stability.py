@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import dot, put, vector
-from darboux.kernels.collocation import System, transfers
+from darboux.kernels.collocation import transfers
 from darboux.kernels.inertia import BLOCK, SQUARE
 from darboux.kernels.jit import jit
 from darboux.kernels.profile import Profile, columns
 from darboux.kernels.rod_equations import FORCE, MOMENT, SINV, STATES
 from darboux.kernels.second_variation import assemble, hold, index
 from darboux.kernels.support import NUMBERS, motions, stiffness
+from darboux.kernels.system import System
 
 Array = NDArray[np.float64]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from darboux.kernels.jit import jit
 
 LARGEST_PREDICTED_TURN = 0.6  # rad between neighbouring equilibria
@@ -21,11 +19,12 @@ LOST, REJECTED = 0.4, 0.6  # the next try over one that did not converge, or tha
 
 
 @jit
-def growth(predicted: float, corrected: float, unseen: float) -> float:
-    """Return the next step over this one; the corrector's turn grows with the square of the step."""
+def growth(predicted: float, corrected: float, unseen: float, order: int) -> float:
+    """Return the next step over this one; the corrector's turn grows with the power order + 1 of the step."""
     if corrected <= unseen:
         return 4.0
-    wanted = min(np.sqrt(WANTED_CORRECTED_TURN / corrected), WANTED_SHARE * predicted / corrected)
+    wanted = (WANTED_CORRECTED_TURN / corrected) ** (1.0 / (order + 1))
+    wanted = min(wanted, (WANTED_SHARE * predicted / corrected) ** (1.0 / order))
     return float(min(max(wanted, 0.5), 4.0))
 
 

@@ -76,7 +76,7 @@ class Scale:
     def of(cls, problem: Equilibrium) -> Scale:
         """Return the scale of a problem: its length, its mean bending stiffness, its first held end."""
         L = problem.rod.length
-        stiffness = problem.rod.stiffness(np.linspace(0.0, L, 17))
+        stiffness = problem.rod.stiffness(np.linspace(0.0, L, 1 if problem.rod.uniform else 17))
         EI = float(np.exp(np.mean(np.log(stiffness.EI1) + np.log(stiffness.EI2)) / 2.0))
         _, held = problem.supports[0]
         return cls(L, EI / L**2, EI / L, np.array(held.position))

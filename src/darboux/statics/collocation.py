@@ -15,7 +15,7 @@ import numpy as np
 from darboux import checks
 from darboux.checks import assign, description
 from darboux.errors import InvalidInput
-from darboux.kernels.collocation import FEWEST_STAGES, MOST_STAGES
+from darboux.kernels.gauss import FEWEST_STAGES, MOST_STAGES
 from darboux.kernels.path import MOST_ELEMENTS
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status

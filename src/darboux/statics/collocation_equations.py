@@ -19,12 +19,12 @@ from darboux.curve import Curve
 from darboux.kernels import collocation
 from darboux.kernels import newton as kernel
 from darboux.kernels import stability as stability_kernel
-from darboux.kernels.collocation import FREE, SHAPED, SHAPED_COUPLE, SIDES, System
-from darboux.kernels.collocation import ROW as FACTOR_ROW
-from darboux.kernels.newton import Work
+from darboux.kernels.collocation import SHAPED, SHAPED_COUPLE
+from darboux.kernels.newton import Work, new_work
 from darboux.kernels.path import FEWEST_ELEMENTS, MOST_ITERATIONS
 from darboux.kernels.profile import Profile
 from darboux.kernels.rod_equations import DEAD_FORCE, FORCE, K0, MOMENT, ROTATION, SINV, STATES
+from darboux.kernels.system import FREE, SIDES, System
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
@@ -169,7 +169,10 @@ class Equations:
         states = np.zeros((len(points), STATES))
         support = None
         if self.shape is None:
-            states[:, :ROTATION], states[:, ROTATION:FORCE] = shape_of(self.natural_shape, points)
+            if self.problem.uniform and not np.any(self.natural_shape(points[:1])):
+                states[:, 2], states[:, ROTATION] = points, 1.0
+            else:
+                states[:, :ROTATION], states[:, ROTATION:FORCE] = shape_of(self.natural_shape, points)
             support = self._lay(points, states)
         else:
             states[:, :ROTATION], states[:, ROTATION:FORCE] = self.shape.states(points)
@@ -234,6 +237,9 @@ class Equations:
 
     def _first_nodes(self) -> Array:
         """Return nodes so close that the natural shape turns little over an element."""
+        if self.shape is None and self.problem.uniform and len(self.breaks) == 0:
+            k0 = float(np.linalg.norm(self.natural_shape(np.array([0.5]))))
+            return np.linspace(0.0, 1.0, max(FIRST_ELEMENTS, int(np.ceil((k0 + 1.0) / LARGEST_NATURAL_TURN))) + 1)
         x = np.union1d(np.linspace(0.0, 1.0, 1025), self.breaks)  # a sharp bend lies between two breaks
         k0 = np.linalg.norm(
             (self.natural_shape if self.shape is None else self.shape.k)(0.5 * (x[1:] + x[:-1])), axis=1
@@ -278,11 +284,7 @@ class Equations:
         return np.concatenate([c.numbers(load_factor) for c in self.conditions])
 
     def _work(self, mesh: Mesh) -> Work:
-        N = len(mesh.x) - 1
-        factors, last, delta = (
-            np.empty(size) for size in (N * FREE * FACTOR_ROW, FREE * (FREE + SIDES), (N + 1) * FREE * SIDES)
-        )
-        work = Work(factors, last, delta, np.empty(mesh.y.size), np.empty(mesh.Y.size), np.zeros(kernel.KEPT))
+        work = new_work(len(mesh.x) - 1, mesh.stages)
         work.kept[kernel.LENGTH] = np.inf
         return work
 
@@ -310,7 +312,7 @@ class Equations:
         step = np.zeros((*delta.shape, SIDES))
         step[:, :, 0] = delta
         system = self._system(mesh, load_factor)
-        collocation.advance(system, step.ravel(), float(change), float(part), y.ravel(), Y.ravel())
+        collocation.advance(system, step.ravel(), float(change), float(part), NOTHING, y.ravel(), Y.ravel())
         return Mesh(mesh.x, y, Y)
 
     def newton(

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from darboux.kernels import newton
 from darboux.kernels import path as kernel
-from darboux.kernels.collocation import FREE, ROW, SHAPED, SIDES
+from darboux.kernels.collocation import SHAPED
 from darboux.kernels.path import Course, Nodes
 from darboux.kernels.rod_equations import STATES
 from darboux.kernels.step_control import LARGEST_CORRECTED_TURN
+from darboux.kernels.system import FREE
 from darboux.statics.coefficients import Table
 from darboux.statics.collocation_equations import Equations
 from darboux.statics.load_path import UNSEEN_TURN, Path, Stopped
@@ -123,22 +124,29 @@ def _course(room: int, stages: int, coefficients: int, supports: Array, shaped: 
     def nodes() -> Nodes:
         return Nodes(np.empty(room + 1), np.empty((room + 1) * STATES), np.empty(room * stages * STATES))
 
-    factors, last, delta = (
-        np.empty(size) for size in (room * FREE * ROW, FREE * (FREE + SIDES), (room + 1) * FREE * SIDES)
-    )
-    spare = nodes()
-    work = newton.Work(factors, last, delta, spare.y, spare.Y, np.zeros(newton.KEPT))
-    tangent, next_tangent = np.empty((room + 1) * FREE), np.empty((room + 1) * FREE)
+    tangent, last_tangent, next_tangent = (np.empty((room + 1) * FREE) for _ in range(3))
     loads = room * stages * SHAPED if shaped else 0
     loaded = np.empty(coefficients), supports.copy(), np.empty(loads), np.empty(loads)
     kept = np.zeros(kernel.REALS), np.zeros(kernel.WHOLES, np.int64)
-    return Course(room, nodes(), nodes(), nodes(), tangent, next_tangent, work, *loaded, *kept)
+    return Course(
+        room,
+        nodes(),
+        nodes(),
+        nodes(),
+        tangent,
+        last_tangent,
+        next_tangent,
+        newton.new_work(room, stages),
+        *loaded,
+        *kept,
+    )
 
 
 def _with_room(course: Course, room: int) -> Course:
     """Return the same course with room for more elements."""
     larger = _course(room, _stages(course), course.table.size, course.supports, course.shaped.size > 0)
-    pairs = [(course.tangent, larger.tangent), (course.next_tangent, larger.next_tangent)]
+    tangents = "tangent", "last_tangent", "next_tangent"
+    pairs = [(getattr(course, name), getattr(larger, name)) for name in tangents]
     pairs += [(course.shaped_here, larger.shaped_here), (course.shaped, larger.shaped)]
     for old, new in ((course.here, larger.here), (course.tried, larger.tried)):
         pairs += list(zip(old, new, strict=True))

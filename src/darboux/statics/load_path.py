@@ -165,7 +165,7 @@ def _followed(branch: Branch[State], path: Path[State], until_unstable: bool, un
         path.iterations += reached.iterations
         if path.steps > MECHANISM_STEPS and path.load_factor < MECHANISM_LOAD:
             return path
-        step *= step_control.growth(turn * ahead, reached.turn, unseen)
+        step *= step_control.growth(turn * ahead, reached.turn, unseen, 1)
     return path
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels import mesh as kernel
-from darboux.kernels.collocation import METHODS, PER_METHOD
+from darboux.kernels.gauss import METHODS, PER_METHOD
 from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
 
 Array = NDArray[np.float64]
