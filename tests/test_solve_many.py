@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import darboux as dx
-from darboux.statics import load_path
+from darboux.statics import load_path, solve_many
 from tests.catalogue.problems import CATALOGUE
 
 ROD = dx.Rod(length=1.0, section=dx.Stiffness(EI1=1.0, EI2=1.0, GJ=0.8, mass=1.0))
@@ -66,7 +66,7 @@ def test_any_method(method: Any) -> None:
     assert [solution.method for solution in together] == [method] * 12
 
 
-def test_by_one_thread_nothing_leaves_the_one_that_calls() -> None:
+def test_by_one_thread_nothing_leaves_the_one_that_calls(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = set()
 
     def push(s: Any, r: Any, R: Any) -> Any:
@@ -75,7 +75,10 @@ def test_by_one_thread_nothing_leaves_the_one_that_calls() -> None:
 
     dx.solve_many([of_a_function(push)] * 2, threads=1)
     assert seen == {threading.get_ident()}
-    dx.solve_many([of_a_function(push)] * 2, threads=2)
+    dx.solve_many([of_a_function(push)] * 2, dx.DiscreteRod(5))  # which gains nothing by a second one
+    assert seen == {threading.get_ident()}
+    monkeypatch.setattr(solve_many, "_processors", lambda: 2)
+    dx.solve_many([of_a_function(push)] * 2)
     assert len(seen) > 1
 
 

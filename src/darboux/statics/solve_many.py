@@ -52,7 +52,8 @@ def solve_many(
     the others.
 
     Arguments: ``problems`` any number of ``Equilibrium``; ``method`` as for ``solve``, the same for all; ``threads`` how many
-    are solved at once (None: as many as there are processors); ``throw`` whether it raises in the end where some did not
+    are solved at once (None: as many as there are processors by ``Collocation``, one by other methods, which spend
+    their time in Python, where threads take turns); ``throw`` whether it raises in the end where some did not
     converge; ``progress`` None, or what is called as ``progress(done, total)`` after each, by one thread at a time. A load
     that is a function of the shape is called by several threads at once. Returns a list of ``EquilibriumSolution`` in the
     order of the problems. Raises ``InvalidInput``, which names the problem as in ``problems[17]``, before any is solved where
@@ -61,7 +62,10 @@ def solve_many(
     and None for the rest.
     """
     method = checked_method("solve_many.method", Collocation() if method is None else method)
-    threads = _processors() if threads is None else checks.whole("solve_many.threads", threads, 1, MOST_THREADS)
+    if threads is None:
+        threads = _processors() if isinstance(method, Collocation) else 1
+    else:
+        threads = checks.whole("solve_many.threads", threads, 1, MOST_THREADS)
     if progress is not None and not callable(progress):
         raise InvalidInput(
             f"solve_many.progress is {checks.shown(progress)}; it must be a function of two numbers, such as print."
