@@ -39,6 +39,7 @@ FAMILIES = (
     "initial_value",
     "discrete_rod",
     "collocation",
+    "batch",
     "against_pyelastica",
     "motion",
     "neutral_judge",
@@ -220,9 +221,9 @@ def _page(measured: dict[str, Measured]) -> str:
         "",
         "Written by `make bench ARGS=--write`; do not edit. `make bench` measures again and says what has become slower.",
         "",
-        "One process and one core, after compiling. What is compared is timed in turns, A B A B; a ratio is formed in every",
-        "turn. Given are medians, and quartiles as the spread (of the ratio; of our own time where there is no ratio). No",
-        "result is kept from one call to the next. Errors are true errors, against an answer that is better than both.",
+        "One process and one core, the batch apart, after compiling. What is compared is timed in turns, A B A B; a ratio is",
+        "formed in every turn. Given are medians, and quartiles as the spread (of the ratio; of our own time where there is no",
+        "ratio). No result is kept from one call to the next. Errors are true errors, against an answer that is better than both.",
     ]
     for file, caption in drawn:
         lines += ["", f"![{caption.split('.')[0].split(',')[0]}](figures/{file})", "", caption]

@@ -91,6 +91,7 @@ def test_all_that_is_public_and_compiles_says_so() -> None:
     for call in (
         darboux.solve,
         darboux.solve_all,
+        darboux.solve_many,
         darboux.simulate,
         darboux.natural_modes,
         darboux.integrate,

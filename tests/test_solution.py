@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -178,3 +179,15 @@ def test_the_energy_of_a_load_that_jumps_between_vertices() -> None:
         assert dx.solve(dx.Equilibrium(cases.UNIT, loads=[load]), method).energy.load == pytest.approx(
             -(0.37**2), rel=1e-8
         )
+
+
+def test_many_places_are_interpolated_in_little_memory() -> None:
+    """Beside the result: what lies between takes 5 KB for each place at once, and the last part must not be left out."""
+    curve = dx.solve(cases.heavy(10.0)).curve
+    s = np.linspace(0.0, curve.s[-1], 20_001)
+    tracemalloc.start()
+    together = curve(s)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2.0 * together.nbytes + 20e6, f"{peak / 1e6:.0f} MB for {together.nbytes / 1e6:.0f} MB"
+    np.testing.assert_array_equal(together, np.concatenate([curve(part) for part in np.array_split(s, 100)]))

@@ -29,6 +29,7 @@ _HOMES = {
     "problem": ("Equilibrium", "Ring"),
     "solution": ("EquilibriumSolution", "Status"),
     "statics.solve": ("solve",),
+    "statics.solve_many": ("solve_many",),
     "statics.all_equilibria": ("solve_all",),
     "statics.initial_value": ("integrate",),
     "statics.shooting": ("Shooting",),
@@ -124,6 +125,7 @@ __all__ = [
     "simulate",
     "solve",
     "solve_all",
+    "solve_many",
     "turn",
 ]
 
@@ -165,6 +167,7 @@ if TYPE_CHECKING:
     from darboux.statics.initial_value import integrate
     from darboux.statics.shooting import Shooting
     from darboux.statics.solve import solve
+    from darboux.statics.solve_many import solve_many
     from darboux.store import open as open
     from darboux.supports import Clamped, Free, Guided, Hinge, Pinned, Roller, Slider, Spring, Universal
     from darboux.trajectory import Trajectory

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 Side = Literal["before", "behind"]
 
 MOST_NODES = 4  # of an interpolant: order 8
+AT_ONCE = 2048  # places, for each takes 5 KB while it is interpolated
 GAUSS = 5  # points on an interval: of order 10, so that the interpolation between nodes sets the error, not the sum
 
 
@@ -50,9 +51,11 @@ class Curve:
         y, dy = self.y[:, part], self.dy[:, part]
         result = np.empty((len(s), y.shape[1]))
         for n in np.unique(count):
-            here = count == n
-            at = first[here, None] + np.arange(n)
-            result[here] = _hermite(s[here], self.s[at], y[at], dy[at])
+            places = np.flatnonzero(count == n)
+            for j in range(0, len(places), AT_ONCE):
+                here = places[j : j + AT_ONCE]
+                at = first[here, None] + np.arange(n)
+                result[here] = _hermite(s[here], self.s[at], y[at], dy[at])
         return result
 
     def beside(self, s: Array, side: Side) -> Array:

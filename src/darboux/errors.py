@@ -23,8 +23,11 @@ class InvalidInput(ValueError):
 
 
 class NotConverged(RuntimeError):
-    """A solve that found no equilibrium; ``solution`` holds what was reached, ``str()`` says why and what to try."""
+    """A solve that found no equilibrium; ``solution`` holds what was reached, ``str()`` says why and what to try.
 
-    def __init__(self, message: str, solution: Any = None) -> None:
+    ``solutions`` are all of a call that solves many.
+    """
+
+    def __init__(self, message: str, solution: Any = None, solutions: Any = ()) -> None:
         super().__init__(printable(message))
-        self.solution = solution
+        self.solution, self.solutions = solution, solutions

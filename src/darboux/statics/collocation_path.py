@@ -16,7 +16,7 @@ from darboux.kernels.step_control import LARGEST_CORRECTED_TURN
 from darboux.kernels.system import FREE
 from darboux.statics.coefficients import Table
 from darboux.statics.collocation_equations import Equations
-from darboux.statics.load_path import UNSEEN_TURN, Path, Stopped
+from darboux.statics.load_path import UNSEEN_TURN, Path, Stopped, look
 from darboux.statics.mesh import Mesh
 
 Array = NDArray[np.float64]
@@ -55,6 +55,7 @@ def follow(
             kernel.ARRIVED,
             kernel.ENDED,
         ):
+            look()
             if reason == kernel.LOADS_WANTED:
                 asked = _asked(course)
                 course.shaped[: asked.Y.size // STATES * SHAPED] = equations.shaped(asked)

@@ -5,19 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from darboux.kernels.newton import UNSURE
 from darboux.kernels.path import MOST_ELEMENTS
 from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION
 from darboux.solution import ErrorEstimate
-from darboux.statics.collocation_equations import Equations
+from darboux.statics.collocation_equations import Equations, Step
 from darboux.statics.mesh import Mesh, size, units
 
 Array = NDArray[np.float64]
+Found = tuple[Mesh, Step, float, int]  # what Newton's method returns
 
 MOST_MESHES = 8
 SURE = 4.0  # the estimated error is this many times what the order promises
 GAIN = 64.0  # of the curve between the nodes, at least, where they are halved
 CURVE_ORDER = 8  # of the curve between the nodes
 ROUNDING = 2e-14  # no error below this is claimed, relative
+TINY = 1e-300
 
 
 def refined(
@@ -40,8 +43,7 @@ def refined(
         gap = size(mesh.y[coarse[0].in_halves] - coarse[0].y, mesh.y)
         error = max(SURE * gap / 2.0**order, ROUNDING)
         if even or elements >= MOST_ELEMENTS or error <= rtol or attempt == MOST_MESHES - 1:
-            before, mesh, between = _dense(equations, coarse[0], mesh, rtol, sharp, 0 if even else MOST_ELEMENTS)
-            return mesh, _error(equations, before, mesh, between, order)
+            return _dense(equations, coarse[0], fine, order, rtol, sharp, 0 if even else MOST_ELEMENTS)
         elements = int(elements * np.clip(1.1 * (error / rtol) ** (1.0 / order), 1.2, 4.0)) + 1
     return None
 
@@ -54,41 +56,44 @@ def _laid_anew(equations: Equations, mesh: Mesh, elements: int, stages: int, eve
 
 
 def _dense(
-    equations: Equations, coarse: Mesh, fine: Mesh, rtol: float, sharp: float, most: int
-) -> tuple[Mesh, Mesh, float]:
-    """Halve the elements until the curve between the nodes is as good as the nodes are.
-
-    Returns the last two meshes, and what the curve of the last one misses between its nodes, relative.
-    """
+    equations: Equations, coarse: Mesh, found: Found, order: int, rtol: float, sharp: float, most: int
+) -> tuple[Mesh, ErrorEstimate]:
+    """Halve the elements until the curve between the nodes is as good as the nodes are; return the answer and its error."""
+    fine, share = found[0], SURE / 2.0**order
     while True:
         between = equations.scale.states(equations.curve(coarse, 1.0), fine.x)
         smooth = ~np.isin(fine.x, equations.breaks)
         gap = size((between - fine.y)[smooth], fine.y)
-        if gap <= GAIN * rtol + equations.table.between or fine.elements >= most:
-            return coarse, fine, SURE * gap / 2.0**CURVE_ORDER
-        finer = equations.newton(fine.halved(), 1.0, sharp, most=6)
+        dense = gap <= GAIN * rtol + equations.table.between or fine.elements >= most
+        finer = None if dense else equations.newton(fine.halved(), 1.0, sharp, most=6)
         if finer is None:
-            return coarse, fine, SURE * gap / 2.0**CURVE_ORDER
-        coarse, fine = fine, finer[0]
+            return fine, _error(equations, coarse, found, share, sharp, SURE * gap / 2.0**CURVE_ORDER)
+        # Where layers are thinner than the elements, halving them gains less than the order promises.
+        before, after = (size(b.y[a.in_halves] - a.y, b.y) for a, b in ((coarse, fine), (fine, finer[0])))
+        rate = min(0.5, after / max(before, TINY))
+        share = max(SURE / 2.0**order, rate / (1.0 - rate))
+        coarse, fine, found = fine, finer[0], finer
 
 
-def _error(equations: Equations, coarse: Mesh, fine: Mesh, between: float, order: int) -> ErrorEstimate:
-    """Return what halving the elements changed, by the order's law, in SI units.
+def _error(
+    equations: Equations, coarse: Mesh, found: Found, share: float, sharp: float, between: float
+) -> ErrorEstimate:
+    """Return the share of what halving the elements changed that is left, and what Newton's method leaves, in SI units.
 
     The energy is summed along the curve; its first variation by the states is at most that of n and m over their own size.
     """
-    share, scale = SURE / 2.0**order, equations.scale
+    fine, length, scale = found[0], found[1].length, equations.scale
     gaps = np.abs(fine.y[coarse.in_halves] - coarse.y)
     held = [0, *coarse.joints, *(coarse.joints + 1), len(coarse.x) - 1]
     force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
     unit = [float(x) for x in units(fine.y)]
     place, turn = float(np.max(np.linalg.norm(gaps[:, :3], axis=1))), 2.0 * float(np.max(gaps[:, ROTATION:FORCE]))
     place = max(place, turn)  # for a section's place is its sum of turns, and its gap may be small by chance
-    averaged = equations.table.error
+    left = min(length, UNSURE * length**2, sharp) + equations.table.error  # and what averages over dense rows miss
     energy = unit[FORCE] + unit[MOMENT] * equations.softest * unit[MOMENT]
     return ErrorEstimate(
-        max(share * place + averaged, ROUNDING) * scale.length,
-        max(share * force + averaged * unit[FORCE], ROUNDING * unit[FORCE]) * scale.force,
-        max(share * moment + averaged * unit[MOMENT], ROUNDING * unit[MOMENT]) * scale.moment,
-        max(share * size(gaps, fine.y) + between + averaged, ROUNDING) * energy * scale.moment,
+        max(share * place + left, ROUNDING) * scale.length,
+        max(share * force + left * unit[FORCE], ROUNDING * unit[FORCE]) * scale.force,
+        max(share * moment + left * unit[MOMENT], ROUNDING * unit[MOMENT]) * scale.moment,
+        max(share * size(gaps, fine.y) + between + left, ROUNDING) * energy * scale.moment,
     )

@@ -13,7 +13,9 @@ Source: E. L. Allgower and K. Georg, Introduction to Numerical Continuation Meth
 
 from __future__ import annotations
 
+from contextvars import ContextVar
 from dataclasses import dataclass, field
+from threading import Event
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -90,6 +92,16 @@ class Path(Generic[State]):
     slope: float = 0.0  # rad per unit of load factor, of the last tangent: without bound at a fold
 
 
+STOP: ContextVar[Event | None] = ContextVar("stop", default=None)  # set where all threads of a call are to stop
+
+
+def look() -> None:
+    """Raise ``KeyboardInterrupt`` in a thread whose call the user stopped: Ctrl-C itself reaches the main thread alone."""
+    stop = STOP.get()
+    if stop is not None and stop.is_set():
+        raise KeyboardInterrupt
+
+
 class Stopped(KeyboardInterrupt):
     """Ctrl-C on the way: ``branch`` and ``path``, what was followed and how far."""
 
@@ -141,6 +153,7 @@ def _followed(branch: Branch[State], path: Path[State], until_unstable: bool, un
         step = min(step, LARGEST_STEP, 1.0 - path.load_factor, LARGEST_PREDICTED_TURN / max(turn, 1e-300))
         first = step if path.steps == 0 else first
         while True:
+            look()
             last = step >= (1.0 - path.load_factor) * (1.0 - 1e-12)
             goal = 1.0 if last else path.load_factor + step
             ahead = goal - path.load_factor

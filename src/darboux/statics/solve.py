@@ -39,9 +39,9 @@ def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw:
     """
     checks.instance("solve.problem", problem, Equilibrium, "an Equilibrium")
     method = checked_method("solve.method", Collocation() if method is None else method)
-    refusal = limits.wound(problem) or limits.twisted(problem) or method.refuses(problem)
-    if refusal:
-        raise InvalidInput(refusal)
+    refused = refusal(problem, method)
+    if refused:
+        raise InvalidInput(refused)
     if start is None:
         solution: EquilibriumSolution = method.solve(problem)
     elif isinstance(method, Collocation):
@@ -53,6 +53,11 @@ def solve(problem: Equilibrium, method: Any = None, *, start: Any = None, throw:
     if throw and solution.status.code == "stopped":
         raise KeyboardInterrupt(solution.status.message)
     return solution.check() if throw else solution
+
+
+def refusal(problem: Equilibrium, method: Method) -> str | None:
+    """Return why a problem can't be solved by a method, in one sentence, or None."""
+    return limits.wound(problem) or limits.twisted(problem) or method.refuses(problem)
 
 
 def checked_method(field: str, method: Any) -> Method:
