@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from darboux.kernels.rod_equations import DEAD_FORCE, K0, SINV, WIDTH
-from darboux.statics.coefficients import LOADS, Table
+from darboux.packing.coefficients import LOADS, Table
 
 RNG = np.random.default_rng(4)
 X = np.sort(RNG.random(60))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import darboux as dx
-from darboux.statics import coefficients
+from darboux.packing import coefficients
 from tests.frozen.answers import answer, difference, read
 from tests.frozen.problems import CANDIDATES, Frozen
 

@@ -12,9 +12,10 @@ from darboux.kernels.discrete_rod import Loads
 from darboux.kernels.rod_equations import BINV
 from darboux.kernels.rod_motion import Carried
 from darboux.loads import Distributed, EndLoad, Load
+from darboux.packing import coefficients
+from darboux.packing.coefficients import PAIRS
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
-from darboux.statics import coefficients
-from darboux.statics.coefficients import PAIRS, Scale
 from darboux.statics.discrete_chain import means, places_along
 
 Array = NDArray[np.float64]

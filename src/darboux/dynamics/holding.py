@@ -11,8 +11,8 @@ from scipy.sparse.linalg import splu
 
 from darboux.dynamics.acting import FREE, HELD, TURNING, six
 from darboux.kernels.rod_motion import Holds
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
-from darboux.statics.coefficients import Scale
 from darboux.supports import Free, Support
 
 Array = NDArray[np.float64]

@@ -21,14 +21,14 @@ from darboux.kernels.rod_motion import FACTORS, Body, Space, Turning
 from darboux.loads import Load
 from darboux.motion import Motion
 from darboux.natural import smallest_rotation
+from darboux.packing import coefficients
+from darboux.packing.laying import laid
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
-from darboux.statics import coefficients
-from darboux.statics.coefficients import Scale
 from darboux.statics.discrete_chain import means, natural_rates, nodes_along, places_along
 from darboux.statics.discrete_ends import End
 from darboux.statics.first_shape import circle
-from darboux.statics.laying import laid
 from darboux.statics.solve import solve
 from darboux.supports import Support
 

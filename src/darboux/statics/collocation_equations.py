@@ -26,12 +26,15 @@ from darboux.kernels.path import FEWEST_ELEMENTS, MOST_ITERATIONS
 from darboux.kernels.profile import Profile
 from darboux.kernels.rod_equations import DEAD_FORCE, FORCE, K0, MOMENT, ROTATION, SINV, STATES
 from darboux.natural import smallest_rotation
+from darboux.packing import coefficients
+from darboux.packing.coefficients import Table
+from darboux.packing.ends import EndConditions
+from darboux.packing.laying import shape_of
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
-from darboux.statics import coefficients, stability
-from darboux.statics.coefficients import Scale, Table
-from darboux.statics.end_conditions import EndConditions
-from darboux.statics.first_shape import FirstShape, shape_of
+from darboux.statics import stability
+from darboux.statics.first_shape import FirstShape
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
 from darboux.statics.pendulum import at_rest
 from darboux.statics.stability import SecondVariation

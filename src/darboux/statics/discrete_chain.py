@@ -31,13 +31,15 @@ from darboux.kernels.rod_equations import (
     SINV,
 )
 from darboux.natural import smallest_rotation
+from darboux.packing import coefficients
+from darboux.packing.ends import EndConditions
+from darboux.packing.laying import laid
+from darboux.packing.loads import has_potential
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
-from darboux.statics import coefficients, hanging_chain, stability
-from darboux.statics.coefficients import Scale
+from darboux.statics import hanging_chain
 from darboux.statics.discrete_ends import Block, End, cross_matrix
-from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, circle
-from darboux.statics.laying import laid
 from darboux.statics.pendulum import hanging
 from darboux.supports import Free, Support
 
@@ -138,7 +140,7 @@ class Chain:
         self.frozen = tuple(
             self.closed or (two_vertices and support.clamps) for support in (problem.start, problem.end)
         )
-        self.symmetric = stability.has_potential(problem)
+        self.symmetric = has_potential(problem)
         self._discretise()
         self.ends = self._ends_of(problem)
         self._soften()

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.kernels.band import FULL, LOWER, REACH
+from darboux.packing.ends import EndConditions
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
-from darboux.statics.coefficients import Scale
-from darboux.statics.end_conditions import EndConditions
 from darboux.supports import Support
 
 Array = NDArray[np.float64]

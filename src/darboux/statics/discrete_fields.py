@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import discrete_rod
-from darboux.statics import coefficients
+from darboux.packing import coefficients
 from darboux.statics.discrete_chain import Chain, EdgeLoads, Shape, symmetric
 
 Array = NDArray[np.float64]

@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from darboux import checks, frames
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
-from darboux.kernels import framed_curve as kernel
+from darboux.packing.laying import shape_of
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
-from darboux.statics.coefficients import Scale
 
 Array = NDArray[np.float64]
 
-STEPS = 1000  # over which a shape is laid out
 SAMPLES = 129  # of a curve that is drawn
 
 
@@ -51,20 +50,6 @@ class FirstShape:
         r, q = shape_of(self.k, x)
         R = frames.matrix_of_quaternion(self.q)
         return self.r + r @ R.T, frames.product(np.broadcast_to(self.q, q.shape), q)
-
-
-def shape_of(k: Callable[[Array], Array], x: Array) -> tuple[Array, Array]:
-    """Return places (n, 3) and quaternions (n, 4) at x (n,) of a curve that leaves the origin with d_i = e_i.
-
-    The frame turns by the mean of k over short steps; the places follow by Simpson's rule. Only a first guess.
-    """
-    steps = np.unique(np.concatenate([x, np.linspace(0.0, 1.0, STEPS + 1)]))
-    fine = np.empty(2 * len(steps) - 1)
-    fine[::2], fine[1::2] = steps, 0.5 * (steps[1:] + steps[:-1])
-    r, q = np.empty((len(steps), 3)), np.empty((len(steps), 4))
-    kernel.lay_out(np.diff(fine), k(0.5 * (fine[1:] + fine[:-1])).ravel(), r.ravel(), q.ravel())
-    at = np.searchsorted(steps, x)
-    return r[at], q[at]
 
 
 def circle(ring: Equilibrium, link: float, scale: Scale) -> FirstShape:

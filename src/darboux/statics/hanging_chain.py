@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.loads import Distributed
+from darboux.packing.coefficients import HEAVY
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.statics import first_shape
-from darboux.statics.coefficients import HEAVY, Scale
 from darboux.statics.first_shape import FirstShape
 
 Array = NDArray[np.float64]

@@ -18,11 +18,11 @@ from darboux.errors import InvalidInput
 from darboux.kernels.jit import announced
 from darboux.kernels.rod_equations import FORCE, MOMENT
 from darboux.loads import EndForce, EndMoment
+from darboux.packing import coefficients
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution, Status
-from darboux.statics import coefficients
-from darboux.statics.coefficients import Scale
 from darboux.statics.steps import accepted_steps, joined
 from darboux.supports import Clamped
 

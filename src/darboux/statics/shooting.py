@@ -22,10 +22,13 @@ from darboux.errors import InvalidInput
 from darboux.kernels import dormand_prince
 from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, SINV, STATES
 from darboux.kernels.stability import COMPLIANCE
+from darboux.packing import coefficients
+from darboux.packing.ends import Held
+from darboux.packing.loads import has_potential
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import coefficients, limits, load_path, stability
-from darboux.statics.coefficients import Scale
+from darboux.statics import limits, load_path, stability
 from darboux.statics.mesh import size, units
 from darboux.statics.steps import MOST_STEPS, Data, accepted_steps, joined
 from darboux.supports import Support
@@ -190,7 +193,7 @@ class _Pieces:
         self.first = np.linspace(0.0, 1.0, pieces + 1)
         both = problem.start.holds and problem.end.holds
         self.slack = self.table.lent(SLACK, problem) if both else 0.0
-        self.has_potential = stability.has_potential(problem)
+        self.has_potential = has_potential(problem)
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
         self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
         self.poses = {at: self._posed(support) for at, support in (("start", problem.start), ("end", problem.end))}
@@ -353,7 +356,7 @@ class _Pieces:
             free = ~np.array([*support.held_displacement, *support.held_rotation])
             count = int(np.count_nonzero(free))
             motions[:, :count] = np.eye(6)[:, free]
-            held[i] = stability.Held(motions, count, stiffness)
+            held[i] = Held(motions, count, stiffness)
         moments = state.y[:-1, MOMENT:], state.y[1:, MOMENT:]
         return stability.second_variation(_by_turns(transfer, state.y), state.x, moments, held, force).index
 

@@ -7,6 +7,8 @@ acts there. With n and m replaced by n- - n+ and m- - m+ its conditions are thos
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,13 +17,20 @@ from darboux.kernels import support as kernel
 from darboux.kernels.rod_equations import FORCE, ROTATION
 from darboux.kernels.support import CONDITIONS, ROW
 from darboux.loads import EndLoad
-from darboux.statics.coefficients import Scale
-from darboux.statics.stability import Held
+from darboux.packing.scale import Scale
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
 TURN = slice(3, 6)  # the small rotation among the unknowns
+
+
+class Held(NamedTuple):
+    """What holds a node: its free motions as the first ``free`` columns of (6, 6), and the stiffness (6, 6) of its springs."""
+
+    motions: Array
+    free: int
+    stiffness: Array
 
 
 class EndConditions:
