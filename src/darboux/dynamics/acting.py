@@ -13,7 +13,7 @@ from darboux.kernels.rod_equations import BINV
 from darboux.kernels.rod_motion import Carried
 from darboux.loads import Distributed, EndLoad, Load
 from darboux.packing import coefficients
-from darboux.packing.coefficients import PAIRS
+from darboux.packing.cells import six, symmetric
 from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.statics.discrete_chain import means, places_along
@@ -188,13 +188,3 @@ def _tip(G: int, at: int, N: int, kind: int, B: Array, kappa0: Array) -> _Carrie
 
 def _flat(parts: list[Array]) -> Array:
     return np.array(parts, dtype=float).ravel()
-
-
-def symmetric(numbers: Array) -> Array:
-    """Return (n, 3, 3) from the six numbers 11, 22, 33, 23, 13, 12."""
-    return numbers[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
-
-
-def six(matrix: Array) -> Array:
-    """Return the six numbers (n, 6) of symmetric matrices (n, 3, 3)."""
-    return np.stack([matrix[:, i, j] for i, j in PAIRS], axis=1)

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, identity
 from scipy.sparse.linalg import splu
 
-from darboux.dynamics.acting import FREE, HELD, TURNING, six
+from darboux.dynamics.acting import FREE, HELD, TURNING
 from darboux.kernels.rod_motion import Holds
+from darboux.packing.cells import six
 from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.supports import Free, Support

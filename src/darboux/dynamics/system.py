@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux import frames, profile
 from darboux.dynamics import closing, holding
-from darboux.dynamics.acting import FREE, HELD, TURNING, acting, datum, six, symmetric
+from darboux.dynamics.acting import FREE, HELD, TURNING, acting, datum
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
 from darboux.kernels.band import FULL, LOWER
@@ -22,8 +22,9 @@ from darboux.loads import Load
 from darboux.motion import Motion
 from darboux.natural import smallest_rotation
 from darboux.packing import coefficients
+from darboux.packing.cells import six, symmetric
 from darboux.packing.laying import laid
-from darboux.packing.scale import Scale
+from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.statics.discrete_chain import means, natural_rates, nodes_along, places_along
@@ -71,7 +72,8 @@ class System:
         self.edges = segments + int(self.link is not None)
         if self.link is not None and segments < FEWEST:
             raise InvalidInput(f"a Ring has {FEWEST} segments or more, but the method has {segments}.")
-        self.scale = Scale.of(problem)
+        self.packing = Packing(problem)
+        self.scale = self.packing.scale
         L, EI = problem.rod.length, self.scale.moment * problem.rod.length
         mass = float(np.mean(problem.rod.mass(np.linspace(0.0, L, 17), "Motion")))
         self.units = Units(L, L**2 * np.sqrt(mass / EI), mass * L, EI / L, self.scale.origin)
@@ -219,7 +221,7 @@ class System:
 
     def _circle(self, link: float) -> State:
         """Return a ring's polygon, whose sections turn evenly by the link; the one at s = 0 lies where the ring's start is."""
-        first = circle(self.motion.problem, link, self.scale)
+        first = circle(self.packing, link)
         R0, s = frames.matrix_of_quaternion(first.q), 0.5 * (self.nodes[:-1] + self.nodes[1:])
         axis, twist = R0[:, :2] @ first.k(np.zeros(1))[0, :2], frames.turn * link
         turns = np.outer(s, axis), np.outer(s, (0.0, 0.0, twist))

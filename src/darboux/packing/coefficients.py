@@ -25,18 +25,15 @@ from darboux.kernels.rod_equations import (
     BINV,
     COUPLED_WIDTH,
     COUPLING,
-    DEAD_FORCE,
-    DEAD_MOMENT,
-    FOLLOWER_FORCE,
-    FOLLOWER_MOMENT,
     FORCE,
-    FORCE_GRADIENT,
     K0,
     MOMENT,
     ROTATION,
     SINV,
     WIDTH,
 )
+from darboux.packing.cells import six
+from darboux.packing.loads import LOADS, per_length
 from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 
@@ -56,11 +53,9 @@ CURVED, MOST_QUADRATURE = (
     1e-4,
     1_000_000,
 )  # of a column, between Gauss' points, from which on it is sampled twice as closely
-PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # the order in which symmetric matrices are stored
 CLOSEST = 1e-9  # of L, between a break and a knot of a shape
 NO_KNOTS: Array = np.empty(0)
 HEAVY = 1e3  # of EI / L^3: weight per length from which on a rod between two supports is a cable
-LOADS = slice(DEAD_FORCE, WIDTH)  # the columns that grow with the load factor
 
 
 @dataclass(frozen=True)
@@ -174,16 +169,11 @@ def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:
     s = x * scale.length
     L, force, moment = scale.length, scale.force, scale.moment
     C = problem.rod.compliance(s)
-    loads = problem.distributed(s)
     result = np.empty((len(x), COUPLED_WIDTH if problem.rod.coupled else WIDTH))
-    result[:, BINV : BINV + 6] = np.stack([C[:, 3 + i, 3 + j] for i, j in PAIRS], axis=1) * (moment * L)
-    result[:, SINV : SINV + 6] = np.stack([C[:, i, j] for i, j in PAIRS], axis=1) * force
+    result[:, BINV : BINV + 6] = six(C[:, 3:, 3:]) * (moment * L)
+    result[:, SINV : SINV + 6] = six(C[:, :3, :3]) * force
     result[:, K0 : K0 + 3] = problem.rod.k0(s) * L
-    result[:, DEAD_FORCE : DEAD_FORCE + 3] = (loads.a + np.einsum("nij,j->ni", loads.C, scale.origin)) * (L / force)
-    result[:, FORCE_GRADIENT : FORCE_GRADIENT + 9] = loads.C.reshape(len(x), 9) * (L**2 / force)
-    result[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] = loads.b * (L / force)
-    result[:, DEAD_MOMENT : DEAD_MOMENT + 3] = loads.la * (L / moment)
-    result[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] = loads.lb * (L / moment)
+    result[:, LOADS] = per_length(problem.distributed(s), scale)
     if problem.rod.coupled:
         result[:, COUPLING : COUPLING + 9] = C[:, 3:, :3].reshape(-1, 9) * moment
     return result

@@ -1,10 +1,54 @@
-"""What acts on a rod, in numbers."""
+"""What acts on a rod, in numbers: along it, at its ends and points, and what is a function of its shape."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from darboux.kernels.collocation import SHAPED, SHAPED_COUPLE
+from darboux.kernels.rod_equations import DEAD_FORCE, WIDTH
+from darboux.loads import Distributed, EndLoad
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
+
+Array = NDArray[np.float64]
+
+LOADS = slice(DEAD_FORCE, WIDTH)  # the columns of loads, which grow with the load factor
+
+
+def per_length(loads: Distributed, scale: Scale) -> Array:
+    """Return loads per length as the columns ``LOADS`` (n, 21) of the rod equations: a, C, b, la, lb."""
+    L, force, moment = scale.length, scale.force, scale.moment
+    a = (loads.a + np.einsum("nij,j->ni", loads.C, scale.origin)) * (L / force)
+    C, couples = loads.C.reshape(-1, 9) * (L**2 / force), (loads.la * (L / moment), loads.lb * (L / moment))
+    return np.concatenate([a, C, loads.b * (L / force), *couples], axis=1)  # as the columns stand
+
+
+def at_place(load: EndLoad, scale: Scale) -> EndLoad:
+    """Return what acts on an end or at a point, over EI / L^2 and EI / L."""
+    force, moment = scale.force, scale.moment
+    forces, moments = (
+        (load.force / force, load.section_force / force),
+        (load.moment / moment, load.section_moment / moment),
+    )
+    return EndLoad(forces[0], moments[0], forces[1], moments[1], load.eccentric / moment)
+
+
+def of_shape(problem: Equilibrium, scale: Scale, x: Array, r: Array, R: Array, slopes: bool = True) -> Array:
+    """Return the loads that are functions of the shape at x (n,), r (n, 3), R (n, 3, 3), with their derivatives: (n, SHAPED).
+
+    Where ``slopes`` is False the derivatives are left out, and zero.
+    """
+    s, places = x * scale.length, r * scale.length + scale.origin
+    result = np.zeros((len(s), SHAPED))
+    for load in problem.of_shape:
+        at, unit = (SHAPED_COUPLE, scale.force) if load.is_couple else (0, scale.force / scale.length)
+        result[:, at : at + 3] += load.at_shape(s, places, R) / unit
+        if slopes:
+            by_r, by_turn = load.gradients(s, places, R, scale.length)
+            result[:, at + 3 : at + 12] += by_r.reshape(-1, 9) * (scale.length / unit)
+            result[:, at + 12 : at + 21] += by_turn.reshape(-1, 9) / unit
+    return result
 
 
 def has_potential(problem: Equilibrium) -> bool:

@@ -30,13 +30,13 @@ from darboux.packing import coefficients
 from darboux.packing.coefficients import Table
 from darboux.packing.ends import EndConditions
 from darboux.packing.laying import shape_of
+from darboux.packing.pendulum import at_rest
 from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
 from darboux.statics import stability
 from darboux.statics.first_shape import FirstShape
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
-from darboux.statics.pendulum import at_rest
 from darboux.statics.stability import SecondVariation
 from darboux.supports import Support
 

@@ -32,15 +32,16 @@ from darboux.kernels.rod_equations import (
 )
 from darboux.natural import smallest_rotation
 from darboux.packing import coefficients
+from darboux.packing.cells import six, symmetric
 from darboux.packing.ends import EndConditions
 from darboux.packing.laying import laid
 from darboux.packing.loads import has_potential
-from darboux.packing.scale import Scale
+from darboux.packing.pendulum import hanging
+from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
 from darboux.statics import hanging_chain
 from darboux.statics.discrete_ends import Block, End, cross_matrix
 from darboux.statics.first_shape import FirstShape, circle
-from darboux.statics.pendulum import hanging
 from darboux.supports import Free, Support
 
 Array = NDArray[np.float64]
@@ -134,7 +135,8 @@ class Chain:
         self.problem, self.nodes = problem, nodes
         self.closed = problem.closed
         self.cable = hanging_chain.hung(problem)
-        self.scale = Scale.of(problem)
+        self.packing = Packing(problem)
+        self.scale = self.packing.scale
         self.edges = len(nodes) - 1
         self.unknowns = 4 * (self.edges + 2) + 3
         self.frozen = tuple(
@@ -195,7 +197,7 @@ class Chain:
         self.l, self.V = _ghosted(np.diff(x)), np.diff(cells)
         self.l[[0, -1]] = GHOST * self.l[[1, -2]]
         B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
-        self.stiffness = _ghosted(_six(B)).ravel()
+        self.stiffness = _ghosted(six(B)).ravel()
         self.natural = _ghosted(
             natural_rates(self.problem, at_vertices[:, K0 : K0 + 3], cells) * self.V[:, None]
         ).ravel()
@@ -205,7 +207,7 @@ class Chain:
         self.inextensible = not self.problem.rod.stretch and not self.lent
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
         self.f = _ghosted(at_vertices[:, force : force + 3] * self.V[:, None])
-        self.C = _ghosted(_six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None])
+        self.C = _ghosted(six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None])
         spread = self.l[:, None]
         self.couples = on_edges[:, DEAD_MOMENT : DEAD_MOMENT + 3] * spread
         self.section_force = 0.5 * (on_edges[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread)[:, None].repeat(
@@ -383,7 +385,7 @@ class Chain:
 
     def _circle(self, link: float) -> tuple[Array, Array, Array]:
         """Return vertices, frames and twists of a ring's regular polygon, whose sections turn evenly by the link."""
-        first = circle(self.problem, link, self.scale)
+        first = circle(self.packing, link)
         R0 = frames.matrix_of_quaternion(first.q)
         axis = R0[:, :2] @ first.k(np.zeros(1))[0, :2]
         s = np.arange(self.edges) / (self.edges - 1)  # of the middles of the edges
@@ -762,12 +764,3 @@ def natural_rates(problem: Equilibrium, k0: Array, cells: Array) -> Array:
     kappa = 2.0 * p[:, 1:3] * ((-1.0) ** whole / np.hypot(p[:, 0], p[:, 3]))[:, None]
     rates[at] = np.column_stack([kappa, 2.0 * (half + np.pi * whole)]) / V
     return rates
-
-
-def symmetric(six: Array) -> Array:
-    """Return (n, 3, 3) from the six numbers 11, 22, 33, 23, 13, 12."""
-    return six[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
-
-
-def _six(matrix: Array) -> Array:
-    return np.stack([matrix[:, i, j] for i, j in coefficients.PAIRS], axis=1)

@@ -11,7 +11,9 @@ from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import discrete_rod
 from darboux.packing import coefficients
-from darboux.statics.discrete_chain import Chain, EdgeLoads, Shape, symmetric
+from darboux.packing.cells import symmetric
+from darboux.packing.loads import LOADS
+from darboux.statics.discrete_chain import Chain, EdgeLoads, Shape
 
 Array = NDArray[np.float64]
 
@@ -34,7 +36,7 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     twice = np.repeat(np.arange(len(x)), np.where(np.isin(np.arange(len(x)), stations), 2, 1))
     nodes = np.clip(chain.nodes, 0.0, 1.0)  # a ring's reach beyond
     c = coefficients.columns(chain.problem, chain.scale, nodes)
-    c[:, coefficients.LOADS] *= load_factor
+    c[:, LOADS] *= load_factor
     q = _quaternions(chain, R, load_factor)
     y = np.concatenate([x, q, n, m], axis=1)[twice]
     for i in stations:

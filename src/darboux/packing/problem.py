@@ -1,0 +1,73 @@
+"""An equilibrium in numbers: what all methods read, and all that they read, of a rod, its supports and its loads."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from darboux.curve import Curve
+from darboux.packing import coefficients, loads
+from darboux.packing.coefficients import Table
+from darboux.packing.ends import EndConditions
+from darboux.packing.scale import Scale
+from darboux.problem import Equilibrium
+
+Array = NDArray[np.float64]
+
+
+class Packing:
+    """A problem without dimensions; x = s / L.
+
+    ``scale`` its units; ``start``, ``end`` and ``stations``, with their x, what holds the rod and acts at places; ``columns`` the
+    coefficients of the rod equations at any points, ``table`` the same as piecewise polynomials; ``of_shape`` the loads that
+    are functions of the shape.
+    """
+
+    def __init__(self, problem: Equilibrium) -> None:
+        self._problem, self.scale = problem, Scale.of(problem)
+        L = problem.rod.length
+        self.start = EndConditions(problem.start, problem.end_load("start"), -1.0, self.scale)
+        self.end = EndConditions(problem.end, problem.end_load("end"), 1.0, self.scale)
+        self.stations = [
+            (s / L, EndConditions(support, load, 1.0, self.scale)) for s, (support, load) in problem.stations.items()
+        ]
+        self.breaks: Array = np.array(problem.breaks) / L  # where tables have a kink, and stations are
+
+    @property
+    def ends(self) -> tuple[EndConditions, EndConditions]:
+        """What holds the start and the end."""
+        return self.start, self.end
+
+    @property
+    def supports(self) -> list[tuple[float, EndConditions]]:
+        """What holds the rod, along it."""
+        places = [(0.0, self.start), *self.stations, (1.0, self.end)]
+        return [(x, conditions) for x, conditions in places if conditions.holds]
+
+    def columns(self, x: Array) -> Array:
+        """Return the coefficients of the rod equations at x (n,): (n, WIDTH), or (n, COUPLED_WIDTH)."""
+        return coefficients.columns(self._problem, self.scale, x)
+
+    @cached_property
+    def table(self) -> Table:
+        """The coefficients as piecewise polynomials."""
+        return coefficients.table(self._problem, self.scale)
+
+    def lent(self, slack: float) -> float:
+        """Return the compliance of stretch that the rod is lent on the way: ``slack`` between two supports, or none."""
+        return self.table.lent(slack, self._problem) if len(self.supports) > 1 else 0.0
+
+    @cached_property
+    def has_potential(self) -> bool:
+        """Whether all loads have a potential."""
+        return loads.has_potential(self._problem)
+
+    def of_shape(self, x: Array, r: Array, R: Array, slopes: bool = True) -> Array:
+        """Return the loads that are functions of the shape at x (n,), r (n, 3), R (n, 3, 3): see `loads.of_shape`."""
+        return loads.of_shape(self._problem, self.scale, x, r, R, slopes)
+
+    def elastic_parts(self, curve: Curve) -> tuple[float, float, float] | None:
+        """Return the elastic energies where dense tables are averaged, or None: then a solution has its own sum."""
+        return coefficients.elastic_parts(self._problem, self.table, curve, self.scale)
