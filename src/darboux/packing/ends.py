@@ -90,9 +90,19 @@ class EndConditions:
         return pose[:3], pose[3:]
 
     @property
+    def held_axes(self) -> Array:
+        """The axes (k, 3) along which displacements are prescribed, as rows."""
+        return np.asarray(self.place_axes.T[self.held_places])
+
+    @property
     def holds(self) -> bool:
         """True where a displacement or a rotation is prescribed, or tied by a spring."""
         return bool(np.any(self.held_places) or np.any(self.held_turns) or any(self.sprung))
+
+    @property
+    def loaded(self) -> bool:
+        """True where a load acts."""
+        return any(np.any(part) for part in vars(self.load).values())
 
     @property
     def clamps(self) -> bool:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.collocation import SHAPED, SHAPED_COUPLE
 from darboux.kernels.rod_equations import DEAD_FORCE, WIDTH
-from darboux.loads import Distributed, EndLoad
+from darboux.loads import Distributed, EndLoad, Load
 from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
 
 LOADS = slice(DEAD_FORCE, WIDTH)  # the columns of loads, which grow with the load factor
+# ... and among these
+DEAD, GRADIENT, FOLLOWER, COUPLE, SECTION_COUPLE = (slice(*x) for x in ((0, 3), (3, 12), (12, 15), (15, 18), (18, 21)))
 
 
 def per_length(loads: Distributed, scale: Scale) -> Array:
@@ -32,6 +36,41 @@ def at_place(load: EndLoad, scale: Scale) -> EndLoad:
         (load.moment / moment, load.section_moment / moment),
     )
     return EndLoad(forces[0], moments[0], forces[1], moments[1], load.eccentric / moment)
+
+
+class Group:
+    """Some of a problem's loads, such as those of a motion that share a factor of time."""
+
+    def __init__(self, problem: Equilibrium, scale: Scale, loads: Sequence[Load]) -> None:
+        self._problem, self._scale, self._loads = problem, scale, loads
+
+    def columns(self, x: Array) -> Array:
+        """Return them per length at x (n,), as the columns ``LOADS`` (n, 21)."""
+        total = Distributed.zero(len(x))
+        for load in self._loads:
+            load.add_distributed(total, x * self._scale.length, self._problem.rod)
+        return per_length(total, self._scale)
+
+    def at_end(self, name: str) -> EndLoad:
+        """Return what they do on an end, "start" or "end"."""
+        total = EndLoad()
+        for load in self._loads:
+            load.add_end(name, total)
+        return at_place(total, self._scale)
+
+    def at_points(self) -> list[EndLoad]:
+        """Return what they do at each of the problem's points."""
+        totals = {s: EndLoad() for s in self._problem.points}
+        for load in self._loads:
+            s = self._problem.point_of(load)
+            if s is not None:
+                load.add_point(totals[s])
+        return [at_place(total, self._scale) for total in totals.values()]
+
+    def rest(self, x: Array) -> Array:
+        """Return where the potential of the only one is zero: (n, 3) at x (n,)."""
+        (load,) = self._loads
+        return np.asarray((load.datum(x * self._scale.length) - self._scale.origin) / self._scale.length)
 
 
 def of_shape(problem: Equilibrium, scale: Scale, x: Array, r: Array, R: Array, slopes: bool = True) -> Array:

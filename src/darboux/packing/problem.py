@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from darboux.curve import Curve
-from darboux.packing import coefficients, loads
+from darboux.loads import Load
+from darboux.packing import coefficients, loads, masses
+from darboux.packing.cells import Cells
 from darboux.packing.coefficients import Table
 from darboux.packing.ends import EndConditions
+from darboux.packing.laying import laid
+from darboux.packing.loads import Group
 from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
+from darboux.supports import Free
 
 Array = NDArray[np.float64]
 
@@ -54,6 +60,58 @@ class Packing:
     def table(self) -> Table:
         """The coefficients as piecewise polynomials."""
         return coefficients.table(self._problem, self.scale)
+
+    def cells(self, nodes: Array) -> Cells:
+        """Return the edges between nodes x (N + 1,), and their cells."""
+        return Cells(self._problem, nodes)
+
+    def laid(self) -> tuple[EndConditions, float, Array]:
+        """Return what places the unloaded rod, its x, and how the rod lies: see `laying.laid`."""
+        _, place, lie = laid(self._problem)
+        return next(conditions for x, conditions in self.supports if x == place), place, lie
+
+    def released(self, at: Sequence[str]) -> Packing:
+        """Return the same without the supports of those ends, "start" and "end", as no problem of statics may be."""
+        packing = Packing(self._problem)
+        for name in at:
+            outward = getattr(packing, name).outward
+            setattr(packing, name, EndConditions(Free(), self._problem.end_load(name), outward, self.scale))
+        return packing
+
+    def group(self, some: Sequence[Load]) -> Group:
+        """Return some of the loads by themselves."""
+        return Group(self._problem, self.scale, some)
+
+    @property
+    def points(self) -> list[float]:
+        """The x at which loads act between the ends."""
+        return [s / self.scale.length for s in self._problem.points]
+
+    def rotary(self, x: Array, given: float | None) -> Array:
+        """Return the rotary inertia about the tangent in kg m^2 per x at x (n,): see `masses.rotary`."""
+        return masses.rotary(self._problem.rod, x, given)
+
+    def rotary_is_known(self, given: float | None) -> bool:
+        """Return whether `rotary` has an answer."""
+        return masses.rotary_is_known(self._problem.rod, given)
+
+    @property
+    def is_pushed(self) -> bool:
+        """Whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
+        return coefficients.is_pushed(self._problem)
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether the rod's mass is known."""
+        return masses.known(self._problem.rod)
+
+    def mass(self, x: Array, why: str) -> Array:
+        """Return the mass in kg per x at x (n,); ``why`` names what needs it."""
+        return masses.per_length(self._problem.rod, x, why)
+
+    def gyration(self, x: Array) -> Array:
+        """Return the rotary inertia of the section over m L^2 at x (n,)."""
+        return masses.gyration(self._problem.rod, x)
 
     def lent(self, slack: float) -> float:
         """Return the compliance of stretch that the rod is lent on the way: ``slack`` between two supports, or none."""
