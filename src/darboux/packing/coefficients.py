@@ -144,13 +144,6 @@ class Table:
         softest = float(np.max(np.abs(self.coefficients[:, 0, SINV : SINV + 3])))
         return slack if not problem.rod.stretch or (softest < slack and is_pushed(problem)) else 0.0
 
-    def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
-        """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""
-        scaled = self.coefficients.copy()
-        scaled[:, :, LOADS] *= load_factor
-        scaled[:, 0, SINV + 2] += slack
-        return dataclasses.replace(self, coefficients=scaled)
-
 
 def is_pushed(problem: Equilibrium) -> bool:
     """Return whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""

@@ -147,7 +147,7 @@ def parts_of(chain: Chain, shape: Shape, load_factor: float, mass: Any, damping:
 def _packing(chain: Chain, shape: Shape) -> Any:
     """Return the sparse matrix of `Chain.packed`."""
     blocks = [(end.block.part, end.transformation(R)) for end, _, _, R in chain._ends(shape.state)]
-    blocks += [(block.part, conditions.support.displacement_axes) for _, conditions, block in chain.between]
+    blocks += [(block.part, conditions.place_axes) for _, conditions, block in chain.between]
     parts, at = [], 0
     for part, T in sorted(blocks, key=lambda block: block[0].start):
         parts += [identity(part.start - at), T]

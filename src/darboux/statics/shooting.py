@@ -190,6 +190,7 @@ class _Pieces:
         self.start, self.end = self.packing.ends
         self.first = np.linspace(0.0, 1.0, pieces + 1)
         self.slack = self.packing.lent(SLACK)
+        self.law = self.table.law(self.slack, None)
         self.has_potential = self.packing.has_potential
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
         self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
@@ -215,9 +216,12 @@ class _Pieces:
         return _Nodes(self.first, y)
 
     def _data(self, load_factor: float, compliance: float = 0.0) -> Data:
-        slack = max(self.slack * (1.0 - load_factor), 0.0 if self.problem.rod.stretch else compliance)
-        table = self.table.loaded(load_factor, slack)
-        return table.breaks, table.coefficients.ravel(), table.degree
+        """Return the coefficients at a load factor, where an inextensible rod has the ``compliance`` of stretch at least."""
+        base, rate = self.law
+        c, lent = base + load_factor * rate, self.slack * (1.0 - load_factor)
+        if not self.problem.rod.stretch:
+            c[:, 0, SINV + 2] += max(compliance - lent, 0.0)
+        return self.table.breaks, c.ravel(), self.table.degree
 
     # -- the end conditions, as conjugate pairs ------------------------------------------------------------------
 
