@@ -101,12 +101,12 @@ def test_an_end_that_is_released_holds_nothing_and_keeps_its_load() -> None:
 
 def test_mass_and_what_resists_twisting() -> None:
     disc = Packing(dx.Equilibrium(dx.Rod(2.0, dx.Circle(0.01), dx.Material(E=1e9, nu=0.3, density=1000.0))))
-    np.testing.assert_allclose(disc.mass(X, "test"), 1000.0 * np.pi * 1e-4 * 2.0, rtol=1e-14)
-    np.testing.assert_allclose(disc.gyration(X), 0.5 * 1e-4 / 4.0, rtol=1e-12)  # radius^2 / 2, over L^2
-    np.testing.assert_allclose(disc.rotary(X, None), disc.mass(X, "test") * 0.5e-4, rtol=1e-12)
-    np.testing.assert_allclose(disc.rotary(X, 3.0), 6.0)
+    np.testing.assert_allclose(disc.masses(X, "test"), 1000.0 * np.pi * 1e-4 * 2.0, rtol=1e-14)
+    np.testing.assert_allclose(disc.masses.gyration(X), 0.5 * 1e-4 / 4.0, rtol=1e-12)  # radius^2 / 2, over L^2
+    np.testing.assert_allclose(disc.masses.rotary(X, None), disc.masses(X, "test") * 0.5e-4, rtol=1e-12)
+    np.testing.assert_allclose(disc.masses.rotary(X, 3.0), 6.0)
     bare = Packing(dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.0, GJ=1.0))))
-    assert not bare.has_mass
-    assert not bare.rotary_is_known(None)
+    assert not bare.masses.known
+    assert not bare.masses.rotary_is_known(None)
     with pytest.raises(dx.InvalidInput, match="rotary_inertia"):
-        bare.rotary(X, None)
+        bare.masses.rotary(X, None)

@@ -132,7 +132,7 @@ def _station(packing: Packing, x: float, G: int, cells: Cells) -> tuple[_Carrier
     A couple d makes the curvature jump, so that the mean frame of both is turned from the section's by C d l_a l_b / 2
     (l_a + l_b); see docs/decisions.md.
     """
-    i = int(np.argmin(np.abs(cells.nodes - x)))
+    i = cells.vertex(x)
     a, b = cells.l[i - 1 : i + 1]
     compliance = 0.5 * a * b / (a + b) * packing.columns(cells.nodes[i : i + 1])[0, BINV : BINV + 6]
     first, second = (_Carrier(G, j, i, l / (a + b), np.zeros(3), compliance) for j, l in ((i, b), (i + 1, a)))

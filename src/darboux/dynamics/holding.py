@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 
 from darboux.dynamics.acting import FREE, HELD, TURNING
 from darboux.kernels.rod_motion import Holds
-from darboux.packing.cells import six
+from darboux.packing.cells import Cells, six
 from darboux.packing.ends import EndConditions
 from darboux.packing.problem import Packing
 
@@ -39,11 +39,11 @@ def kind_of(support: EndConditions) -> int:
     return TURNING if any(support.held_turns) or support.sprung[1] else FREE
 
 
-def supports_at(packing: Packing, held: tuple[bool, bool], nodes: Array) -> Supports:
+def supports_at(packing: Packing, held: tuple[bool, bool], cells: Cells) -> Supports:
     """Return the supports with their vertices, the ends first; ``held`` says whether an end's has not let go."""
     start, end = packing.released([at for at, still in zip(("start", "end"), held, strict=True) if not still]).ends
-    between = [(int(np.argmin(np.abs(nodes - x))), support) for x, support in packing.stations if support.holds]
-    return [(0, start), (len(nodes) - 1, end), *between]
+    between = [(cells.vertex(x), support) for x, support in packing.stations if support.holds]
+    return [(0, start), (len(cells.l), end), *between]
 
 
 def moves_with(i: int, edges: int, support: EndConditions) -> bool:

@@ -141,9 +141,9 @@ class _Vibrations:
         scale = chain.scale
 
         def rotary(x: Array) -> Array:
-            return chain.packing.rotary(x, how.rotary_inertia)[:, None] / (self.mass * scale.length**2)
+            return chain.packing.masses.rotary(x, how.rotary_inertia)[:, None] / (self.mass * scale.length**2)
 
-        known = chain.packing.rotary_is_known(how.rotary_inertia)
+        known = chain.packing.masses.rotary_is_known(how.rotary_inertia)
         J = chain.cells.on_edges(rotary)[:, 0] * chain.cells.l if known else np.zeros(chain.edges)
         self.inertia = discrete_modes.inertia(self.chain, J)
         self.time = float(np.sqrt(self.mass * scale.length / scale.force))

@@ -74,7 +74,7 @@ class System:
         self.packing = Packing(problem)
         self.scale = self.packing.scale
         L, energy = self.scale.length, self.scale.moment
-        mass = float(np.mean(self.packing.mass(np.linspace(0.0, 1.0, 17), "Motion")))
+        mass = float(np.mean(self.packing.masses(np.linspace(0.0, 1.0, 17), "Motion")))
         self.units = Units(L, L * np.sqrt(mass / energy), mass, energy, self.scale.origin)
         self.nodes = nodes_along(segments, 1.0, False, False, [x for x, _ in self.packing.stations])
         self.cells = self.packing.cells(self.nodes)
@@ -105,8 +105,8 @@ class System:
 
         def inertia(x: Array) -> Array:
             """The mass per length and, about the tangent, the rotary inertia (n, 2)."""
-            rotary = self.packing.rotary(x, self.motion.rotary_inertia) / units.length**2
-            return np.stack([self.packing.mass(x, "Motion"), rotary], axis=1) / units.mass
+            rotary = self.packing.masses.rotary(x, self.motion.rotary_inertia) / units.length**2
+            return np.stack([self.packing.masses(x, "Motion"), rotary], axis=1) / units.mass
 
         mass = cells.at_vertices(inertia)[:, 0] * V
         edges, J = cells.on_edges(inertia).T * self.l
@@ -137,7 +137,7 @@ class System:
         """Return what holds just after the time t in s: a released end is free."""
         N = self.edges
         start, end = (self.motion.held(at, t) for at in ENDS)
-        supports = holding.supports_at(self.packing, (start, end), self.nodes)
+        supports = holding.supports_at(self.packing, (start, end), self.cells)
         kinds = [holding.kind_of(support) for _, support in supports[:2]]
         fixed = np.zeros(4 * N + 3, dtype=bool)
         fixed[:3], fixed[-3:] = (holding.moves_with(i, self.segments, support) for i, support in supports[:2])
@@ -181,7 +181,7 @@ class System:
     def _hang(self, state: State) -> None:
         """Shift a ring onto the first support that holds it, which its vertices miss by the square of a segment."""
         x = state.x.reshape(-1, 3)
-        supports = holding.supports_at(self.packing, (False, False), self.nodes)
+        supports = holding.supports_at(self.packing, (False, False), self.cells)
         for i, support in (pair for pair in supports if any(pair[1].held_places)):
             shift = support.held_axes.T @ support.held_axes @ (support.place - x[i])
             if np.linalg.norm(shift) < np.max(self.l) ** 2:
@@ -199,7 +199,7 @@ class System:
         R = frames.matrix_of_quaternion(q)
         x = np.concatenate([np.zeros((1, 3)), np.cumsum(self.l[:, None] * R[1:-1, :, 2], axis=0)])
         support, place, orientation = self.packing.laid()
-        i = int(np.argmin(np.abs(self.nodes - place)))
+        i = self.cells.vertex(place)
         if orientation.shape == (3, 3):
             turn = orientation @ R[{0: 0, N: N + 1}.get(i, i)].T
         else:
@@ -256,7 +256,7 @@ class System:
     def _places(self) -> list[tuple[int, EndConditions, Array]]:
         """Return what holds the rod at the start: vertex, support, and the place (3,) of its displacements, dimensionless."""
         held = self.motion.held("start", 0.0), self.motion.held("end", 0.0)
-        supports = holding.supports_at(self.packing, held, self.nodes)
+        supports = holding.supports_at(self.packing, held, self.cells)
         ends = [(self.motion.position(at, 0.0) - self.units.origin) / self.units.length for at in ENDS]
         places = [*ends, *(support.place for _, support in supports[2:])]
         return [(i, support, place) for (i, support), place in zip(supports, places, strict=True)]

@@ -47,6 +47,10 @@ class Cells:
         """Return places in [0, 1] in rising order; those of rings from -1 to 2."""
         return np.unique(np.concatenate([places - 1.0, places, places + 1.0]) if self._closed else places)
 
+    def vertex(self, x: float) -> int:
+        """Return the number of the node next to x."""
+        return int(np.argmin(np.abs(self.nodes - x)))
+
     def at_vertices(self, function: Function) -> Array:
         """Return the mean of a function over each cell: (N + 1, k)."""
         return self._means(function, self.bounds)

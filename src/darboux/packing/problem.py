@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from darboux.curve import Curve
 from darboux.loads import Load
-from darboux.packing import coefficients, loads, masses
+from darboux.packing import coefficients, loads
 from darboux.packing.cells import Cells
 from darboux.packing.coefficients import Table
 from darboux.packing.ends import EndConditions
 from darboux.packing.laying import laid
 from darboux.packing.loads import Group
+from darboux.packing.masses import Masses
 from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.supports import Free
@@ -28,7 +29,7 @@ class Packing:
 
     ``scale`` its units; ``start``, ``end`` and ``stations``, with their x, what holds the rod and acts at places; ``columns`` the
     coefficients of the rod equations at any points, ``table`` the same as piecewise polynomials; ``of_shape`` the loads that
-    are functions of the shape.
+    are functions of the shape; ``masses`` what a motion and natural modes need.
     """
 
     def __init__(self, problem: Equilibrium) -> None:
@@ -39,6 +40,7 @@ class Packing:
         self.stations = [
             (s / L, EndConditions(support, load, 1.0, self.scale)) for s, (support, load) in problem.stations.items()
         ]
+        self.masses = Masses(problem.rod)
         self.breaks: Array = np.array(problem.breaks) / L  # where tables have a kink, and stations are
 
     @property
@@ -87,31 +89,10 @@ class Packing:
         """The x at which loads act between the ends."""
         return [s / self.scale.length for s in self._problem.points]
 
-    def rotary(self, x: Array, given: float | None) -> Array:
-        """Return the rotary inertia about the tangent in kg m^2 per x at x (n,): see `masses.rotary`."""
-        return masses.rotary(self._problem.rod, x, given)
-
-    def rotary_is_known(self, given: float | None) -> bool:
-        """Return whether `rotary` has an answer."""
-        return masses.rotary_is_known(self._problem.rod, given)
-
     @property
     def is_pushed(self) -> bool:
         """Whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
         return coefficients.is_pushed(self._problem)
-
-    @property
-    def has_mass(self) -> bool:
-        """Whether the rod's mass is known."""
-        return masses.known(self._problem.rod)
-
-    def mass(self, x: Array, why: str) -> Array:
-        """Return the mass in kg per x at x (n,); ``why`` names what needs it."""
-        return masses.per_length(self._problem.rod, x, why)
-
-    def gyration(self, x: Array) -> Array:
-        """Return the rotary inertia of the section over m L^2 at x (n,)."""
-        return masses.gyration(self._problem.rod, x)
 
     def lent(self, slack: float) -> float:
         """Return the compliance of stretch that the rod is lent on the way: ``slack`` between two supports, or none."""

@@ -212,8 +212,8 @@ class Chain:
                 self.lever[other] += part
                 self.lever[i] -= part
             self.couples[[i - 1, i]] += share[:, None] * load.moment
-            c = self.packing.columns(self.nodes[i - 1 : i])[:, BINV : BINV + 6]
-            c = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0]
+            c = symmetric(self.packing.columns(self.nodes[i - 1 : i])[:, BINV : BINV + 6])[0]
+            c *= 0.5 * share[0] * self.l[i - 1]
             p = load.section_force
             d = load.section_moment + beyond * np.array([-p[1], p[0], 0.0])
             self.points.append(PointLoad(np.array([i - 1, i]), share, c, p, d, load.moment, load.eccentric))
@@ -229,7 +229,7 @@ class Chain:
 
     def vertex(self, x: float) -> int:
         """Return the number of the vertex at x = s / L, ghosts counted."""
-        return 1 + int(np.argmin(np.abs(self.nodes - x)))
+        return 1 + self.cells.vertex(x)
 
     def _stations(self) -> list[tuple[int, EndConditions, Block]]:
         """Return the supports between the ends: the vertex, the conditions, the vertex's unknowns."""
@@ -334,7 +334,7 @@ class Chain:
         R = frames.matrix_of_quaternion(q)
         x = self._joined(R)
         support, place, orientation = self.packing.laid()
-        i = int(np.argmin(np.abs(self.nodes - place)))
+        i = self.cells.vertex(place)
         at = {0: 0, N: N + 1}.get(i, i)
         chord = x[-1] - x[0]
         chord /= np.linalg.norm(chord) if np.any(chord) else 1.0

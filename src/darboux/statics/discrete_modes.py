@@ -70,9 +70,9 @@ def in_shapes(chain: Chain, values: Array, packed: Array) -> Found:
 
 def mass_along(chain: Chain) -> Array | None:
     """Return the mass of each edge in kg, a ring's last one, which is its first, with none; None for a rod without mass."""
-    if not chain.packing.has_mass:
+    if not chain.packing.masses.known:
         return None
-    per_length = chain.cells.on_edges(lambda x: chain.packing.mass(x, "solution.modes")[:, None])
+    per_length = chain.cells.on_edges(lambda x: chain.packing.masses(x, "solution.modes")[:, None])
     pieces = per_length[:, 0] * chain.cells.l
     pieces[-1] *= not chain.closed
     return pieces if np.any(pieces > 0.0) else None
@@ -88,7 +88,7 @@ def inertia(chain: Chain, rotary: Array | None = None) -> Any:
         chain.l[1:-1] * (np.arange(chain.edges) < chain.edges - chain.closed) if mass is None else mass / np.sum(mass)
     )
     if rotary is None:
-        rotary = pieces * chain.packing.gyration(0.5 * (chain.nodes[1:] + chain.nodes[:-1]) % 1.0)
+        rotary = pieces * chain.packing.masses.gyration(0.5 * (chain.nodes[1:] + chain.nodes[:-1]) % 1.0)
     rotary = np.maximum(rotary, LIGHTEST / chain.edges)
     if chain.closed:
         rotary[-1] = 0.0
