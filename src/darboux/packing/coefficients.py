@@ -145,6 +145,32 @@ class Table:
         return slack if not problem.rod.stretch or (softest < slack and is_pushed(problem)) else 0.0
 
 
+@dataclass(eq=False)
+class Law:
+    """The coefficients c + lambda c' of a rod between ``breaks``: ``base`` c and ``rate`` c' (p, degree + 1, columns)."""
+
+    breaks: Array
+    base: Array
+    rate: Array
+    _last: tuple[float, Array] = (np.nan, np.empty(0))
+
+    @property
+    def degree(self) -> int:
+        """The degree of the polynomials."""
+        return int(self.base.shape[1]) - 1
+
+    def table(self, load_factor: float) -> Table:
+        """Return the coefficients at a load factor."""
+        if self._last[0] != load_factor:
+            self._last = load_factor, self.base + load_factor * self.rate
+        return Table(self.breaks, self._last[1])
+
+    def at(self, load_factor: float) -> tuple[Profile, Profile]:
+        """Return them, and their derivatives by it, as the kernels take them."""
+        now = self.table(load_factor).coefficients
+        return Profile(self.breaks, now.ravel(), self.degree), Profile(self.breaks, self.rate.ravel(), self.degree)
+
+
 def is_pushed(problem: Equilibrium) -> bool:
     """Return whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
     held = [(s, np.array(at.position)) for s, at in problem.supports if all(at.held_displacement)]

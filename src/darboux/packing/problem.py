@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux.curve import Curve
 from darboux.loads import Load
-from darboux.packing import coefficients, loads
+from darboux.packing import coefficients, loads, pendulum
 from darboux.packing.cells import Cells
 from darboux.packing.coefficients import Table
 from darboux.packing.ends import EndConditions
@@ -70,7 +70,7 @@ class Packing:
     def laid(self) -> tuple[EndConditions, float, Array]:
         """Return what places the unloaded rod, its x, and how the rod lies: see `laying.laid`."""
         _, place, lie = laid(self._problem)
-        return next(conditions for x, conditions in self.supports if x == place), place, lie
+        return self._holding(place), place, lie
 
     def released(self, at: Sequence[str]) -> Packing:
         """Return the same without the supports of those ends, "start" and "end", as no problem of statics may be."""
@@ -89,6 +89,18 @@ class Packing:
         """The x at which loads act between the ends."""
         return [s / self.scale.length for s in self._problem.points]
 
+    def at_rest(self) -> tuple[EndConditions, float, Array]:
+        """Return the same, but for a pendulum as it hangs: see `pendulum.at_rest`."""
+        _, place, lie = pendulum.at_rest(self._problem)
+        return self._holding(place), place, lie
+
+    def _holding(self, place: float) -> EndConditions:
+        return next(conditions for x, conditions in self.supports if x == place)
+
+    def natural(self, x: Array) -> Array:
+        """Return the natural curvature and twist k0 L at x (n,): (n, 3)."""
+        return self._problem.rod.k0(x * self.scale.length) * self.scale.length
+
     @property
     def is_pushed(self) -> bool:
         """Whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
@@ -97,6 +109,10 @@ class Packing:
     def lent(self, slack: float) -> float:
         """Return the compliance of stretch that the rod is lent on the way: ``slack`` between two supports, or none."""
         return self.table.lent(slack, self._problem) if len(self.supports) > 1 else 0.0
+
+    def table_and_strain(self, shape: Callable[[Array], Array], knots: Array) -> tuple[Table, Array]:
+        """Return the table, and k0 less another shape's curvature and twist: see `coefficients.table_and_strain`."""
+        return coefficients.table_and_strain(self._problem, self.scale, shape, knots)
 
     @cached_property
     def has_potential(self) -> bool:

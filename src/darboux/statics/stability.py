@@ -20,7 +20,6 @@ from darboux.kernels import second_variation as kernel
 from darboux.kernels.inertia import BLOCK
 from darboux.kernels.stability import FOUNDATION
 from darboux.packing.ends import Held
-from darboux.packing.loads import has_potential as has_potential  # the collocation equations ask it here
 
 Array = NDArray[np.float64]
 
