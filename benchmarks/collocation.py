@@ -35,9 +35,9 @@ import darboux as dx
 from benchmarks.timing import Curve, Row, Spread, interleaved, seconds
 from darboux.kernels import rod_equations
 from darboux.kernels.rod_equations import FORCE, ROTATION, STATES
+from darboux.packing import coefficients
+from darboux.packing.scale import Scale
 from darboux.paper.cases import figure5
-from darboux.statics import coefficients
-from darboux.statics.coefficients import Scale
 from darboux.statics.collocation_equations import Equations
 from darboux.statics.mesh import Mesh
 from tests import cases

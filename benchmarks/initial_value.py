@@ -23,9 +23,9 @@ from scipy.integrate import solve_ivp
 import darboux as dx
 from benchmarks.timing import Curve, Row, Spread, interleaved, seconds
 from darboux.kernels import dormand_prince, rod_equations
+from darboux.packing import coefficients
+from darboux.packing.scale import Scale
 from darboux.paper.cases import FIGURE6_D, FIGURE6_EI, FIGURE6_K
-from darboux.statics import coefficients
-from darboux.statics.coefficients import Scale
 
 Array = NDArray[np.float64]
 RightHandSide = Callable[[float, Array], Any]

@@ -131,6 +131,19 @@ def test_a_skipping_rope(weight, *, stretch: bool) -> None:
     np.testing.assert_allclose(n[0, 2] - n[-1, 2], pull, rtol=1e-3)
 
 
+@pytest.mark.parametrize("pull", [(), (dx.Gravity((0, 1, -2)),)], ids=["weightless", "heavy"])
+def test_a_skipping_rope_bows_to_the_same_side_wherever_the_origin_lies(pull) -> None:
+    rod, shapes = cable(3.0, 5e-3, stretch=False, material=dx.Material(E=5e7, nu=0.4, density=1100)), []
+    for x, y, z in ((0.0, 0.0, 0.0), (0.3, -2.1, 5.7)):
+        turning = dx.Rotation((15, 0, 0), point=(7.0, y, z))
+        rope = dx.Equilibrium(rod, dx.Pinned((x, y, z)), dx.Pinned((x + 2.0, y, z)), [turning, *pull])
+        shape = hanging_chain.hung(rope)
+        assert shape is not None
+        shapes.append(shape.states(np.linspace(0.0, 1.0, 9))[0])
+    np.testing.assert_allclose(shapes[0], shapes[1], atol=1e-9)
+    assert not pull or shapes[0][4] @ (0, 1, -2) > 0.1  # where gravity pulls
+
+
 def test_a_thread_of_rubber() -> None:
     rod = cable(1.0, 5e-4, stretch=True, material=RUBBER)
     found = dx.solve(dx.Equilibrium(rod, dx.Pinned(), dx.Pinned((0.7, 0, 0)), [WEIGHT]))

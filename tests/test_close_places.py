@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import darboux as dx
-from darboux.statics.laying import placed
+from darboux.packing.laying import placed
 
 UP = (0.0, 0.0, 1.0)
 FLAT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=1.5, GJ=0.7))  # buckles along y

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from darboux.kernels.rod_equations import DEAD_FORCE, K0, SINV, WIDTH
-from darboux.statics.coefficients import LOADS, Table
+from darboux.packing.coefficients import Table
+from darboux.packing.loads import LOADS
 
 RNG = np.random.default_rng(4)
 X = np.sort(RNG.random(60))

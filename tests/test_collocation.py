@@ -12,9 +12,9 @@ import pytest
 import darboux as dx
 from darboux import frames
 from darboux.kernels.singular_values import solve_by_singular_values
-from darboux.statics.coefficients import Scale
+from darboux.packing.ends import EndConditions, moved
+from darboux.packing.scale import Scale
 from darboux.statics.collocation_equations import Equations
-from darboux.statics.end_conditions import EndConditions, moved
 from tests import cases
 
 UNIT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.7, mass=1.0))

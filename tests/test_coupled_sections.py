@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import darboux as dx
-from darboux.statics import coefficients
+from darboux.packing import coefficients
 
 FULL = {"stretch": True, "shear": True}
 SHEAR1, SHEAR2, STRETCH, BEND1, BEND2, TWIST = range(6)

@@ -82,7 +82,7 @@ def test_derivatives_of_a_support(name: str) -> None:
     chain = Chain(dx.Equilibrium(BENT, end=SUPPORTS[name]), nodes_along(4, 1.0, True, True), two_vertices=False)
     end, penalty = chain.ends[1], 40.0
     R = rotation(np.array([0.3, -0.5, 0.4])) @ end.R
-    x = end.position + 0.3 * R @ end.support.displacement_axes[:, 0]  # in the groove
+    x = end.position + 0.3 * R @ end.conditions.place_axes[:, 0]  # in the groove
     reaction = np.array([2.0, -3.0])
 
     def energy(v: np.ndarray) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import re
 import tomllib
@@ -54,6 +55,52 @@ def test_a_method_stands_on_its_floor() -> None:
 
 def test_no_contract_has_exceptions() -> None:
     assert not [contract["name"] for contract in CONTRACTS if "ignore_imports" in contract]
+
+
+OF_ROD = {"compliance", "stiffness", "k0", "mass", "natural", "section", "material"}
+OF_PROBLEM = {"distributed", "end_load", "points", "point_of"}
+OF_SUPPORT = {
+    "held_displacement",
+    "held_rotation",
+    "displacement_axes",
+    "rotation_axes",
+    "sliding",
+    "linear",
+    "rotational",
+}
+OF_LOAD = {"add_distributed", "add_end", "add_point", "at_shape", "gradients"}
+OWN_FOOTING = {"elastica", "elastica_plane", "heavy_elastica"}  # which uses no packing
+SENTENCES = {"limits"}  # why a problem is refused, in the words and units of its description
+
+
+def reads_a_description(node: ast.AST) -> bool:
+    """Whether a node of a source is rod.compliance, problem.rod.k0, problem.distributed, support.held_rotation, ..."""
+    if not isinstance(node, ast.Attribute):
+        return False
+    owner = ast.unparse(node.value).rpartition(".")[2]
+    of_owner = {"rod": OF_ROD, "problem": OF_PROBLEM}.get(owner, set())
+    return node.attr in OF_SUPPORT | OF_LOAD | of_owner
+
+
+def test_methods_read_packed_numbers_and_no_description() -> None:
+    found = {
+        path.stem
+        for folder in ("statics", "dynamics")
+        for path in (SOURCE / folder).glob("*.py")
+        if any(reads_a_description(node) for node in ast.walk(ast.parse(path.read_text())))
+    }
+    assert not found - OWN_FOOTING - SENTENCES
+
+
+def test_no_method_asks_a_description_for_its_class() -> None:
+    modules = [importlib.import_module(f"darboux.{name}") for name in ("loads", "supports", "section", "natural")]
+    classes = {name for module in modules for name, value in vars(module).items() if isinstance(value, type)}
+    for folder in ("statics", "dynamics", "packing"):
+        for path in (SOURCE / folder).glob("*.py"):
+            for call in (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)):
+                if isinstance(call.func, ast.Name) and call.func.id in ("isinstance", "issubclass"):
+                    asked = {node.id for node in ast.walk(call.args[1]) if isinstance(node, ast.Name)}
+                    assert not asked & classes, f"{path.name}, line {call.lineno}"
 
 
 def test_what_is_called_by_name_is_there_and_nothing_else() -> None:

@@ -11,8 +11,8 @@ import darboux as dx
 from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import discrete_rod
+from darboux.packing.coefficients import piecewise
 from darboux.statics import load_path, shooting
-from darboux.statics.coefficients import piecewise
 from darboux.statics.load_path import Corrected, follow
 from tests import cases
 

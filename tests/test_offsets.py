@@ -15,10 +15,10 @@ from scipy.optimize import brentq
 import darboux as dx
 from darboux.frames import rotation
 from darboux.kernels import band
-from darboux.statics.coefficients import Scale
+from darboux.packing.ends import EndConditions, moved
+from darboux.packing.scale import Scale
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, _advanced, nodes_along
-from darboux.statics.end_conditions import EndConditions, moved
 
 UNIT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=0.75))
 FLAT = dx.Rod(1.0, dx.Stiffness(EI1=1.0, EI2=2.0, GJ=0.75, mass=1.0))

@@ -7,8 +7,9 @@ import pytest
 
 import darboux as dx
 from darboux import frames
-from darboux.statics import first_shape, pendulum
-from darboux.statics.coefficients import Scale
+from darboux.packing import pendulum
+from darboux.packing.scale import Scale
+from darboux.statics import first_shape
 from darboux.statics.collocation_equations import Equations
 from tests.rounding import answer, difference, disturbed
 

@@ -9,7 +9,8 @@ from scipy.interpolate import CubicSpline
 
 import darboux as dx
 from darboux.interpolation import _of_spline
-from darboux.statics import coefficients, limits
+from darboux.packing import coefficients
+from darboux.statics import limits
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import darboux as dx
-from darboux.statics import coefficients
+from darboux.packing import coefficients
+from darboux.packing.loads import LOADS
 from tests.frozen.answers import answer, difference, read
 from tests.frozen.problems import CANDIDATES, Frozen
 
@@ -50,7 +51,7 @@ def test_a_load_that_is_a_billionth_more_is_seen(name: str, monkeypatch: pytest.
 
     def more(*arguments: Any) -> Any:
         c = columns(*arguments)
-        c[:, coefficients.LOADS] *= 1.0 + 1e-9
+        c[:, LOADS] *= 1.0 + 1e-9
         return c
 
     def more_at(self: dx.Equilibrium, at: str) -> Any:

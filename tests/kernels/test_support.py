@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation, Slerp
 import darboux as dx
 from darboux import frames
 from darboux.kernels import support as kernel
-from darboux.statics.coefficients import Scale
-from darboux.statics.end_conditions import EndConditions
+from darboux.packing.ends import EndConditions
+from darboux.packing.scale import Scale
 from darboux.supports import Support
 
 SUPPORTS = {

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from darboux.kernels.discrete_rod import Loads
 from darboux.kernels.rod_equations import BINV
 from darboux.kernels.rod_motion import Carried
-from darboux.loads import Distributed, EndLoad, Load
-from darboux.problem import Equilibrium
-from darboux.statics import coefficients
-from darboux.statics.coefficients import PAIRS, Scale
-from darboux.statics.discrete_chain import means, places_along
+from darboux.loads import EndLoad, Load
+from darboux.packing.cells import Cells, six, symmetric
+from darboux.packing.loads import COUPLE, DEAD, FOLLOWER, GRADIENT, SECTION_COUPLE, Group
+from darboux.packing.problem import Packing
 
 Array = NDArray[np.float64]
 
@@ -41,73 +40,57 @@ class _Carrier:
         self.force, self.couple, self.dead = np.zeros((3, groups, 3))
         self.eccentric = np.zeros((groups, 3, 3))  # A^T
 
+    def take(self, g: int, load: EndLoad) -> None:
+        """Carry a load of a group."""
+        self.force[g], self.couple[g], self.dead[g] = load.section_force, load.section_moment, load.moment
+        self.eccentric[g] = load.eccentric.T
+
 
 def acting(
-    problem: Equilibrium,
-    groups: Sequence[Sequence[Load]],
-    nodes: Array,
-    scale: Scale,
-    B: Array,
-    kappa0: Array,
-    ends: Sequence[int],
+    packing: Packing, groups: Sequence[Group], cells: Cells, B: Array, kappa0: Array, ends: Sequence[int], closed: bool
 ) -> Acting:
     """Return the loads at the factor 1: groups (G) of them, springs B (N + 1, 6) and natural strains (N + 1, 3).
 
-    ``ends`` says whose frame the section's is at both ends: FREE, HELD or TURNING. A ring's repeated edge bears nothing.
+    ``ends`` says whose frame the section's is at both ends: FREE, HELD or TURNING. The repeated edge
+    of a ``closed`` rod bears nothing.
     """
-    G, N, L, places = len(groups), len(nodes) - 1, scale.length, places_along(problem)
-    l = np.diff(nodes)
-    cells = np.concatenate([[0.0], 0.5 * (nodes[:-1] + nodes[1:]), [1.0]])
-    V = np.diff(cells)[:, None]
-    edges = N + problem.closed
+    G, N = len(groups), len(cells.l)
+    edges = N + closed
     f, C, couples = np.zeros((G, edges + 1, 3)), np.zeros((G, edges + 1, 6)), np.zeros((G, edges, 3))
     moments, section_moments = np.zeros((2, G, 2, 3))
     eccentric = np.zeros((G, 2, 3, 3))
     along: list[_Carrier] = []
-    points = [_station(problem, s, G, nodes, scale) for s in problem.points]
+    points = [_station(packing, x, G, cells) for x in packing.points]
     tips = [_tip(G, at, N, kind, B, kappa0) for at, kind in enumerate(ends)]
     for g, loads in enumerate(groups):
-
-        def per_length(s: Array, loads: Sequence[Load] = loads) -> Array:
-            total = Distributed.zero(len(s))
-            for load in loads:
-                load.add_distributed(total, s * L, problem.rod)
-            a = (total.a + total.C @ scale.origin) * (L / scale.force)
-            parts = a, total.C.reshape(-1, 9) * (L * L / scale.force), total.la / scale.force
-            return np.concatenate([*parts, total.b * (L / scale.force), total.lb / scale.force], axis=1)
-
-        on_cells, on_edges = means(per_length, cells, places) * V, means(per_length, nodes, places) * l[:, None]
-        f[g, : N + 1], couples[g, :N] = on_cells[:, :3], on_edges[:, 12:15]
-        C[g, : N + 1] = six(on_cells[:, 3:12].reshape(-1, 3, 3))
-        if np.any(on_edges[:, 15:]):
+        on_cells = cells.at_vertices(loads.columns) * cells.V[:, None]
+        on_edges = cells.on_edges(loads.columns) * cells.l[:, None]
+        f[g, : N + 1], couples[g, :N] = on_cells[:, DEAD], on_edges[:, COUPLE]
+        C[g, : N + 1] = six(on_cells[:, GRADIENT].reshape(-1, 3, 3))
+        followers = on_edges[:, FOLLOWER], on_edges[:, SECTION_COUPLE]
+        if np.any(followers):
             along = along or [
                 _Carrier(G, j, i, 1.0, np.zeros(3), np.zeros(6)) for j in range(1, N + 1) for i in (j - 1, j)
             ]
-            for carrier, (b, lb) in zip(along, 0.5 * on_edges[:, 15:].repeat(2, axis=0).reshape(-1, 2, 3), strict=True):
+            halves = (0.5 * part.repeat(2, axis=0) for part in followers)
+            for carrier, b, lb in zip(along, *halves, strict=True):
                 carrier.force[g], carrier.couple[g] = b, lb
-        for pair, s in zip(points, problem.points, strict=True):
-            total = EndLoad()
-            for load in loads:
-                if problem.point_of(load) == s:
-                    load.add_point(total)
-            f[g, pair[0].place[1]] += total.force / scale.force
+        for pair, load in zip(points, loads.at_points(), strict=True):
+            f[g, pair[0].place[1]] += load.force
             for carrier in pair:
-                couples[g, carrier.place[0] - 1] += carrier.share * total.moment / scale.moment
-                _take(carrier, g, total, scale)
+                couples[g, carrier.place[0] - 1] += carrier.share * load.moment
+                carrier.take(g, load)
         for at, (tip, name) in enumerate(zip(tips, ("start", "end"), strict=True)):
-            total = EndLoad()
-            for load in loads:
-                load.add_end(name, total)
-            f[g, tip.place[1]] += total.force / scale.force
-            _take(tip, g, total, scale)
+            load = loads.at_end(name)
+            f[g, tip.place[1]] += load.force
+            tip.take(g, load)
             if ends[at] == FREE:
-                couples[g, tip.place[0] - 1] += total.moment / scale.moment
+                couples[g, tip.place[0] - 1] += load.moment
                 continue
             eccentric[g, at] = tip.eccentric[g]
             tip.couple[g] = tip.dead[g] = tip.eccentric[g] = 0.0  # a moment on a ghost is the support's, or turns it
             if ends[at] == TURNING:
-                moments[g, at] = total.moment / scale.moment
-                section_moments[g, at] = total.section_moment / scale.moment
+                moments[g, at], section_moments[g, at] = load.moment, load.section_moment
     carriers = [
         c
         for c in (*along, *(c for pair in points for c in pair), *tips)
@@ -127,51 +110,32 @@ def acting(
 PARTS = ("force", "couple", "dead", "eccentric")
 
 
-def datum(problem: Equilibrium, groups: Sequence[Sequence[Load]], nodes: Array, scale: Scale) -> Array:
-    """Return the potential (G) of a chain that lies in ``scale.origin``, where the kernels' is zero, at the factor 1.
+def datum(packing: Packing, groups: Sequence[Sequence[Load]], cells: Cells) -> Array:
+    """Return the potential (G) of a chain that lies in the scale's origin, where the kernels' is zero, at the factor 1.
 
     -(f.x0 + x0.C x0 / 2) summed over the vertices is zero here at each load's own datum x0.
     """
-    L, result, places = scale.length, np.zeros(len(groups)), places_along(problem)
-    cells = np.concatenate([[0.0], 0.5 * (nodes[:-1] + nodes[1:]), [1.0]])
+    result, origin = np.zeros(len(groups)), packing.scale.origin / packing.scale.length
     for g, loads in enumerate(groups):
-        for load in loads:
-
-            def per_length(s: Array, load: Load = load) -> Array:
-                own = Distributed.zero(len(s))
-                load.add_distributed(own, s * L, problem.rod)
-                return np.concatenate([own.a + own.C @ scale.origin, own.C.reshape(-1, 9) * L], axis=1)
-
-            x = (load.datum(nodes * L) - scale.origin) / L
-            means_on_cells = means(per_length, cells, places) * (np.diff(cells)[:, None] * L / scale.force)
-            f, C = means_on_cells[:, :3], means_on_cells[:, 3:].reshape(-1, 3, 3)
+        for one in (packing.group([load]) for load in loads):
+            on_cells, x = cells.at_vertices(one.columns) * cells.V[:, None], one.rest(cells.nodes)
+            f, C = on_cells[:, DEAD], on_cells[:, GRADIENT].reshape(-1, 3, 3)
             result[g] += np.sum(x * (f + 0.5 * np.einsum("nij,nj->ni", C, x)))
-            point = EndLoad()
-            for at in ("start", "end"):
-                load.add_end(at, point)
-            if load.station is not None:
-                load.add_point(point)
-            result[g] -= point.force @ scale.origin / scale.moment
+            at_places = (one.at_end("start"), one.at_end("end"), *one.at_points())
+            result[g] -= sum(float(load.force @ origin) for load in at_places)
     return result
 
 
-def _take(carrier: _Carrier, g: int, total: EndLoad, scale: Scale) -> None:
-    carrier.force[g] = total.section_force / scale.force
-    carrier.couple[g] = total.section_moment / scale.moment
-    carrier.dead[g] = total.moment / scale.moment
-    carrier.eccentric[g] = total.eccentric.T / scale.moment
-
-
-def _station(problem: Equilibrium, s: float, G: int, nodes: Array, scale: Scale) -> tuple[_Carrier, _Carrier]:
+def _station(packing: Packing, x: float, G: int, cells: Cells) -> tuple[_Carrier, _Carrier]:
     """Return the two edges that share a load at a vertex, each by the other's length.
 
     A couple d makes the curvature jump, so that the mean frame of both is turned from the section's by C d l_a l_b / 2
     (l_a + l_b); see docs/decisions.md.
     """
-    i = int(np.argmin(np.abs(nodes - s / scale.length)))
-    a, b = nodes[i] - nodes[i - 1], nodes[i + 1] - nodes[i]
-    compliance = 0.5 * a * b / (a + b) * coefficients.columns(problem, scale, nodes[i : i + 1])[0, BINV : BINV + 6]
-    first, second = (_Carrier(G, j, i, x / (a + b), np.zeros(3), compliance) for j, x in ((i, b), (i + 1, a)))
+    i = cells.vertex(x)
+    a, b = cells.l[i - 1 : i + 1]
+    compliance = 0.5 * a * b / (a + b) * packing.columns(cells.nodes[i : i + 1])[0, BINV : BINV + 6]
+    first, second = (_Carrier(G, j, i, l / (a + b), np.zeros(3), compliance) for j, l in ((i, b), (i + 1, a)))
     return first, second
 
 
@@ -187,13 +151,3 @@ def _tip(G: int, at: int, N: int, kind: int, B: Array, kappa0: Array) -> _Carrie
 
 def _flat(parts: list[Array]) -> Array:
     return np.array(parts, dtype=float).ravel()
-
-
-def symmetric(numbers: Array) -> Array:
-    """Return (n, 3, 3) from the six numbers 11, 22, 33, 23, 13, 12."""
-    return numbers[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
-
-
-def six(matrix: Array) -> Array:
-    """Return the six numbers (n, 6) of symmetric matrices (n, 3, 3)."""
-    return np.stack([matrix[:, i, j] for i, j in PAIRS], axis=1)

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, identity
 from scipy.sparse.linalg import splu
 
-from darboux.dynamics.acting import FREE, HELD, TURNING, six
+from darboux.dynamics.acting import FREE, HELD, TURNING
 from darboux.kernels.rod_motion import Holds
-from darboux.problem import Equilibrium
-from darboux.statics.coefficients import Scale
-from darboux.supports import Free, Support
+from darboux.packing.cells import Cells, six
+from darboux.packing.ends import EndConditions
+from darboux.packing.problem import Packing
 
 Array = NDArray[np.float64]
+Supports = list[tuple[int, EndConditions]]  # with their vertices
 
 MOST_CHANGES = 50  # of Newton's method, by which a polygon is fitted
 SHORTEST_PART = 2.0**-10  # of one of them
@@ -31,39 +32,35 @@ class Ghosts(NamedTuple):
     stiffness: Array
 
 
-def kind_of(support: Support) -> int:
+def kind_of(support: EndConditions) -> int:
     """Return whose frame the section's is at an end: its edge's (FREE), or that of a ghost that is HELD or TURNING."""
-    if all(support.held_rotation):
+    if all(support.held_turns):
         return HELD
-    return TURNING if any(support.held_rotation) or support.rotational is not None else FREE
+    return TURNING if any(support.held_turns) or support.sprung[1] else FREE
 
 
-def supports_at(problem: Equilibrium, held: tuple[bool, bool], nodes: Array) -> list[tuple[int, Support]]:
+def supports_at(packing: Packing, held: tuple[bool, bool], cells: Cells) -> Supports:
     """Return the supports with their vertices, the ends first; ``held`` says whether an end's has not let go."""
-    ends = (problem.start, problem.end)
-    at_ends = [(i, end if still else Free()) for i, end, still in zip((0, len(nodes) - 1), ends, held, strict=True)]
-    L = problem.rod.length
-    return at_ends + [(int(np.argmin(np.abs(nodes - s / L))), support) for s, support in problem.between]
+    start, end = packing.released([at for at, still in zip(("start", "end"), held, strict=True) if not still]).ends
+    between = [(cells.vertex(x), support) for x, support in packing.stations if support.holds]
+    return [(0, start), (len(cells.l), end), *between]
 
 
-def moves_with(i: int, edges: int, support: Support) -> bool:
+def moves_with(i: int, edges: int, support: EndConditions) -> bool:
     """Return whether a support holds an end's vertex in all directions: its place may then be one that moves."""
-    return i in (0, edges) and all(support.held_displacement)
+    return i in (0, edges) and all(support.held_places)
 
 
-def holds(supports: list[tuple[int, Support]], scale: Scale, edges: int, closed: bool) -> Holds:
+def holds(supports: Supports, edges: int, closed: bool) -> Holds:
     """Return what is held along single directions, or by springs; a closed chain's vertex 1 stands once more behind its last."""
     slides: list[tuple[int, Array, float]] = []
     anchors: list[tuple[int, Array, Array]] = []
     for i, support in supports:
-        place = (np.array(support.position) - scale.origin) / scale.length
         if not moves_with(i, edges, support):
-            axes = support.displacement_axes.T[list(support.held_displacement)]
             twice = (i, edges + 1) if closed and i == 1 else (i,)
-            slides += [(k, axis, float(axis @ place)) for k in twice for axis in axes]
-        if support.linear is not None:
-            K = six(np.array(support.linear)[None] * (scale.length / scale.force))[0]
-            anchors.append((i, K, place))
+            slides += [(k, axis, float(axis @ support.place)) for k in twice for axis in support.held_axes]
+        if support.sprung[0]:
+            anchors.append((i, six(support.stiffness[None, :3, :3])[0], support.place))
     return Holds(
         np.array([i for i, _, _ in slides], dtype=np.int64),
         np.array([axis for _, axis, _ in slides], dtype=float).ravel(),
@@ -74,7 +71,7 @@ def holds(supports: list[tuple[int, Support]], scale: Scale, edges: int, closed:
     )
 
 
-def ghosts(supports: list[tuple[int, Support]], scale: Scale) -> Ghosts:
+def ghosts(supports: Supports) -> Ghosts:
     """Return the ghosts of both ends that turn, by their free axes."""
     count, axes, frame, stiffness = (
         np.zeros(2, dtype=np.int64),
@@ -83,13 +80,12 @@ def ghosts(supports: list[tuple[int, Support]], scale: Scale) -> Ghosts:
         np.zeros((2, 6)),
     )
     for end, (_, support) in enumerate(supports[:2]):
-        frame[end] = support.R.T
+        frame[end] = support.frame.T
         if kind_of(support) == TURNING:
-            free = ~np.array(support.held_rotation)
+            free = ~support.held_turns
             count[end] = np.count_nonzero(free)
-            axes[end, : count[end]] = support.rotation_axes.T[free]
-            if support.rotational is not None:
-                stiffness[end] = six(np.array(support.rotational)[None] / scale.moment)[0]
+            axes[end, : count[end]] = support.turn_axes.T[free]
+            stiffness[end] = six(support.stiffness[None, 3:, 3:])[0]
     return Ghosts(count, axes.ravel(), frame.ravel(), stiffness.ravel())
 
 

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import eigsh
 
 from darboux import checks, frames, profile
 from darboux.checks import checked_call
-from darboux.dynamics.system import ENDS, FOLDED, GAP, System, carried_along, frames_along, rotary_inertia
+from darboux.dynamics.system import ENDS, FOLDED, GAP, System, carried_along, frames_along
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
 from darboux.kernels.band import LOWER
@@ -33,7 +33,7 @@ from darboux.solution import EquilibriumSolution
 from darboux.statics import discrete_modes, limits, vibrations
 from darboux.statics.discrete import DiscreteRod
 from darboux.statics.discrete_branch import TOLERANCE, ChainBranch
-from darboux.statics.discrete_chain import Chain, Shape, means, nodes_along, nodes_wanted
+from darboux.statics.discrete_chain import Chain, Shape, nodes_along, nodes_wanted
 from darboux.statics.solve import solve
 from darboux.statics.vibrations import Found, Parts
 
@@ -141,10 +141,10 @@ class _Vibrations:
         scale = chain.scale
 
         def rotary(x: Array) -> Array:
-            return rotary_inertia(how, x * scale.length)[:, None] / (self.mass * scale.length)
+            return chain.packing.masses.rotary(x, how.rotary_inertia)[:, None] / (self.mass * scale.length**2)
 
-        known = how.rotary_inertia is not None or problem.rod.stiffness(np.zeros(1)).EA is not None
-        J = means(rotary, nodes, chain.places)[:, 0] * np.diff(nodes) if known else np.zeros(chain.edges)
+        known = chain.packing.masses.rotary_is_known(how.rotary_inertia)
+        J = chain.cells.on_edges(rotary)[:, 0] * chain.cells.l if known else np.zeros(chain.edges)
         self.inertia = discrete_modes.inertia(self.chain, J)
         self.time = float(np.sqrt(self.mass * scale.length / scale.force))
 
@@ -174,20 +174,20 @@ class _Vibrations:
         shape = chain.unloaded()
         chain.at(1.0)
         ways = [
-            (end.held_place(x) - x, end.held_frame(R) - R, end.support) for end, _, x, R in chain._ends(shape.state)
+            (end.held_place(x) - x, end.held_frame(R) - R, end.conditions) for end, _, x, R in chain._ends(shape.state)
         ]
         x = shape.state.x.reshape(-1, 3)
         for i, conditions, _ in chain.between:
-            A = conditions.support.displacement_axes[:, list(conditions.support.held_displacement)]
-            ways.append((A @ (A.T @ (conditions.pose(1.0)[0] - x[i])), np.zeros(3), conditions.support))
+            A = conditions.held_axes
+            ways.append((A.T @ (A @ (conditions.pose(1.0)[0] - x[i])), np.zeros(3), conditions))
         chain.at(0.0)
-        for away, turned, support in ways:
-            off, name = float(np.linalg.norm(away)), type(support).__name__
+        for away, turned, conditions in ways:
+            off, name = float(np.linalg.norm(away)), type(conditions.support).__name__
             if off > GAP:
                 where = f"begins {off * chain.scale.length:.3g} m off its {name}()"
             elif np.max(np.abs(turned)) > GAP:
                 where = f"is not turned as its {name}() holds it"
-            elif support.twist != 0.0:
+            elif conditions.twist != 0.0:
                 where = f"has not the twist of its {name}()"
             else:
                 continue
@@ -212,7 +212,7 @@ class _Vibrations:
 
     def _along(self, chain: Chain, curve: Any) -> Shape:
         """Return a shape r(s), with the frames that do not twist along it."""
-        L, start = chain.scale.length, self.how.problem.start
+        L, start = chain.scale.length, chain.packing.start
         r = (profile.evaluate("natural_modes.about", curve, chain.nodes * L, (3,)) - chain.scale.origin) / L
         e = np.diff(r, axis=0)
         long = np.linalg.norm(e, axis=1) / np.diff(chain.nodes)
@@ -221,7 +221,7 @@ class _Vibrations:
                 f"natural_modes.about stretches the rod by up to {np.max(np.abs(long - 1.0)):.2g}; give r by arc length."
             )
         t = e / np.linalg.norm(e, axis=1)[:, None]
-        R0 = start.R if all(start.held_rotation) and start.R[:, 2] @ t[0] > FOLDED else frames_along(t[0])
+        R0 = start.frame if all(start.held_turns) and start.frame[:, 2] @ t[0] > FOLDED else frames_along(t[0])
         d1 = carried_along(R0, t)
         R = np.stack([d1, np.cross(t, d1), t], axis=-1)
         ends = [end.held_frame(R[i]) for end, i in zip(chain.ends, (0, -1), strict=True)]
@@ -266,7 +266,7 @@ def _shaped(chain: Chain, x: Array, R: Array, twists: Array) -> Shape:
         np.pad(d1, ((1, 1), (0, 0))).ravel(),
         np.pad(twists, 1),
     )
-    reactions = tuple(np.zeros(sum(end.support.held_displacement) if end.groove else 0) for end in chain.ends)
+    reactions = tuple(np.zeros(sum(end.conditions.held_places) if end.groove else 0) for end in chain.ends)
     shape = Shape(state, np.zeros(chain.edges + 2), reactions)
     chain.settled(shape)
     return shape

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from darboux import above, checks, files
 from darboux.checks import checked_call
 from darboux.dynamics.implicit_midpoint import ImplicitMidpoint
+from darboux.dynamics.limits import refuses
 from darboux.dynamics.run import Run
-from darboux.dynamics.system import System, refuses
+from darboux.dynamics.system import System
 from darboux.errors import InvalidInput
 from darboux.kernels.jit import announced
 from darboux.motion import Motion

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from darboux import frames, profile
 from darboux.dynamics import closing, holding
-from darboux.dynamics.acting import FREE, HELD, TURNING, acting, datum, six, symmetric
+from darboux.dynamics.acting import FREE, HELD, TURNING, acting, datum
+from darboux.dynamics.limits import refuses
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod, rod_motion
 from darboux.kernels.band import FULL, LOWER
@@ -21,16 +22,15 @@ from darboux.kernels.rod_motion import FACTORS, Body, Space, Turning
 from darboux.loads import Load
 from darboux.motion import Motion
 from darboux.natural import smallest_rotation
+from darboux.packing.cells import six, symmetric
+from darboux.packing.ends import EndConditions
+from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
-from darboux.statics import coefficients
-from darboux.statics.coefficients import Scale
-from darboux.statics.discrete_chain import means, natural_rates, nodes_along, places_along
+from darboux.statics.discrete_chain import nodes_along
 from darboux.statics.discrete_ends import End
 from darboux.statics.first_shape import circle
-from darboux.statics.laying import laid
 from darboux.statics.solve import solve
-from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
@@ -71,16 +71,18 @@ class System:
         self.edges = segments + int(self.link is not None)
         if self.link is not None and segments < FEWEST:
             raise InvalidInput(f"a Ring has {FEWEST} segments or more, but the method has {segments}.")
-        self.scale = Scale.of(problem)
-        L, EI = problem.rod.length, self.scale.moment * problem.rod.length
-        mass = float(np.mean(problem.rod.mass(np.linspace(0.0, L, 17), "Motion")))
-        self.units = Units(L, L**2 * np.sqrt(mass / EI), mass * L, EI / L, self.scale.origin)
-        self.nodes = nodes_along(segments, 1.0, False, False, [s / L for s in problem.stations])
-        self.l = np.diff(self.nodes)
+        self.packing = Packing(problem)
+        self.scale = self.packing.scale
+        L, energy = self.scale.length, self.scale.moment
+        mass = float(np.mean(self.packing.masses(np.linspace(0.0, 1.0, 17), "Motion")))
+        self.units = Units(L, L * np.sqrt(mass / energy), mass, energy, self.scale.origin)
+        self.nodes = nodes_along(segments, 1.0, False, False, [x for x, _ in self.packing.stations])
+        self.cells = self.packing.cells(self.nodes)
+        self.l = self.cells.l
         self.inextensible = not problem.rod.stretch
         self.groups = _groups(motion)
         self._discretise(problem)
-        self.datum = datum(problem, [loads for _, _, loads in self.groups], self.nodes, self.scale)
+        self.datum = datum(self.packing, [loads for _, _, loads in self.groups], self.cells)
         self.body = self.body_at(0.0)
         self.space = new_space(self.edges, self.link is not None)
         self._steady: Array | None = None
@@ -89,16 +91,10 @@ class System:
 
     def _discretise(self, problem: Equilibrium) -> None:
         """Average compliance, natural shape, mass and loads over the cells of the vertices and over the edges."""
-        x, scale, units, places = self.nodes, self.scale, self.units, places_along(problem)
-        cells = np.concatenate([[0.0], 0.5 * (x[:-1] + x[1:]), [1.0]])
-        V: Array = np.diff(cells)
-
-        def columns(s: Array) -> Array:
-            return coefficients.columns(problem, scale, s)
-
-        at_vertices, on_edges = means(columns, cells, places), means(columns, x, places)
+        cells, units, V = self.cells, self.units, self.cells.V
+        at_vertices, on_edges = cells.at_vertices(self.packing.columns), cells.on_edges(self.packing.columns)
         compliance = symmetric(at_vertices[:, BINV : BINV + 6])
-        k0 = natural_rates(problem, at_vertices[:, K0 : K0 + 3], cells)
+        k0 = cells.natural_rates(at_vertices[:, K0 : K0 + 3])
         self.V, compliance, k0 = (
             (V, compliance, k0) if self.link is None else closing.joined(self.link, V, compliance, k0)
         )
@@ -106,17 +102,14 @@ class System:
         self.kappa0 = k0 * self.V[:, None]
         self.EA = self._chained(np.ones(self.segments) if self.inextensible else 1.0 / on_edges[:, SINV + 2])
         self.frame_spin = np.array((*problem.frame_spins, (0.0, 0.0, 0.0))[0]) * units.time
-        per_length = units.mass / units.length
 
-        def inertia(s: Array) -> Array:
+        def inertia(x: Array) -> Array:
             """The mass per length and, about the tangent, the rotary inertia (n, 2)."""
-            mass = problem.rod.mass(s * units.length, "Motion") / per_length
-            return np.stack(
-                [mass, rotary_inertia(self.motion, s * units.length) / (per_length * units.length**2)], axis=1
-            )
+            rotary = self.packing.masses.rotary(x, self.motion.rotary_inertia) / units.length**2
+            return np.stack([self.packing.masses(x, "Motion"), rotary], axis=1) / units.mass
 
-        mass = means(inertia, cells, places)[:, 0] * V
-        edges, J = means(inertia, x, places).T * self.l
+        mass = cells.at_vertices(inertia)[:, 0] * V
+        edges, J = cells.on_edges(inertia).T * self.l
         self.sixth = self._chained(edges / 6.0 if self.spread else np.zeros(self.segments))
         packed = np.repeat(self._chained(mass)[:, None], 4, axis=1)
         packed[:-1, 3] = self._chained(J)
@@ -142,22 +135,22 @@ class System:
 
     def body_at(self, t: float) -> Body:
         """Return what holds just after the time t in s: a released end is free."""
-        N, problem = self.edges, self.motion.problem
+        N = self.edges
         start, end = (self.motion.held(at, t) for at in ENDS)
-        supports = holding.supports_at(problem, (start, end), self.nodes)
+        supports = holding.supports_at(self.packing, (start, end), self.cells)
         kinds = [holding.kind_of(support) for _, support in supports[:2]]
         fixed = np.zeros(4 * N + 3, dtype=bool)
         fixed[:3], fixed[-3:] = (holding.moves_with(i, self.segments, support) for i, support in supports[:2])
-        loads = [part for _, _, part in self.groups]
-        acts = acting(problem, loads, self.nodes, self.scale, self.B, self.kappa0, kinds)
-        ghosts = holding.ghosts(supports, self.scale)
+        loads = [self.packing.group(part) for _, _, part in self.groups]
+        acts = acting(self.packing, loads, self.cells, self.B, self.kappa0, kinds, self.link is not None)
+        ghosts = holding.ghosts(supports)
         rod = Elasticity(
             self.B.ravel(), self.kappa0.ravel(), self._chained(self.l, self.l[0]), self.EA, np.zeros(N),
             1 if kinds[0] == FREE else 0, N if kinds[1] == FREE else N + 1,
         )  # fmt: skip
         return Body(
             rod, acts.loads, acts.couples, acts.carried,
-            holding.holds(supports, self.scale, self.segments, self.link is not None),
+            holding.holds(supports, self.segments, self.link is not None),
             Turning(*ghosts, acts.moments, acts.section_moments, acts.eccentric),
             self.frame_spin, self.mass, self.sixth, self.slowness,
             (self.B * self.times[[0, 0, 1, 0, 0, 0]]).ravel(), self.EA * self.times[2], self.drag, fixed, self.inextensible,
@@ -188,38 +181,36 @@ class System:
     def _hang(self, state: State) -> None:
         """Shift a ring onto the first support that holds it, which its vertices miss by the square of a segment."""
         x = state.x.reshape(-1, 3)
-        supports = holding.supports_at(self.motion.problem, (False, False), self.nodes)
-        for i, support in (pair for pair in supports if any(pair[1].held_displacement)):
-            axes = support.displacement_axes[:, list(support.held_displacement)]
-            shift = axes @ axes.T @ ((np.array(support.position) - self.units.origin) / self.units.length - x[i])
+        supports = holding.supports_at(self.packing, (False, False), self.cells)
+        for i, support in (pair for pair in supports if any(pair[1].held_places)):
+            shift = support.held_axes.T @ support.held_axes @ (support.place - x[i])
             if np.linalg.norm(shift) < np.max(self.l) ** 2:
                 x += shift
             return
 
     def _unloaded(self) -> State:
         """Return the natural shape, laid at the support that holds it."""
-        problem, N = self.motion.problem, self.segments
-        rest = self.kappa0.copy()
-        for at, vertex in (("start", 0), ("end", N)):
-            if holding.kind_of(getattr(problem, at)) == FREE:
+        N, rest = self.segments, self.kappa0.copy()
+        for support, vertex in zip(self.packing.ends, (0, N), strict=True):
+            if holding.kind_of(support) == FREE:
                 rest[vertex] = 0.0
         q = np.empty((N + 2, 4))
         discrete_rod.chain_frames(rest.ravel(), q.ravel())
         R = frames.matrix_of_quaternion(q)
         x = np.concatenate([np.zeros((1, 3)), np.cumsum(self.l[:, None] * R[1:-1, :, 2], axis=0)])
-        support, place, orientation = laid(problem)
-        i = int(np.argmin(np.abs(self.nodes - place)))
+        support, place, orientation = self.packing.laid()
+        i = self.cells.vertex(place)
         if orientation.shape == (3, 3):
             turn = orientation @ R[{0: 0, N: N + 1}.get(i, i)].T
         else:
             turn = smallest_rotation((x[-1] - x[0]) / np.linalg.norm(x[-1] - x[0]), orientation)
         R = turn @ R
-        x = (x - x[i]) @ turn.T + (np.array(support.position) - self.units.origin) / self.units.length
+        x = (x - x[i]) @ turn.T + support.place
         return self._state(x, R[1:-1, :, 0], rest[:, 2])
 
     def _circle(self, link: float) -> State:
         """Return a ring's polygon, whose sections turn evenly by the link; the one at s = 0 lies where the ring's start is."""
-        first = circle(self.motion.problem, link, self.scale)
+        first = circle(self.packing, link)
         R0, s = frames.matrix_of_quaternion(first.q), 0.5 * (self.nodes[:-1] + self.nodes[1:])
         axis, twist = R0[:, :2] @ first.k(np.zeros(1))[0, :2], frames.turn * link
         turns = np.outer(s, axis), np.outer(s, (0.0, 0.0, twist))
@@ -237,9 +228,10 @@ class System:
             e = closing.closed(e)
         x: Array = np.concatenate([np.zeros((1, 3)), np.cumsum(e, axis=0)])
         first, last = (r - x)[[0, -1]]
-        if self.link is not None or (self.motion.problem.start.holds and not self.motion.problem.end.holds):
+        start, end = self.packing.ends
+        if self.link is not None or (start.holds and not end.holds):
             x = x + first
-        elif not self.motion.problem.start.holds:
+        elif not start.holds:
             x = x + last
         else:
             x = x + first + (last - first) * self.nodes[:, None]
@@ -247,11 +239,7 @@ class System:
 
     def _between_supports(self, x: Array) -> Array:
         """Return vertices (N + 1, 3) near those given, of edges of their proper lengths, where the supports hold them."""
-        held = [
-            (i, axis, float(axis @ place))
-            for i, support, place in self._places()
-            for axis in support.displacement_axes.T[list(support.held_displacement)]
-        ]
+        held = [(i, axis, float(axis @ place)) for i, support, place in self._places() for axis in support.held_axes]
         gaps = [abs(axis @ x[i] - level) for i, axis, level in held]
         lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
         if max(gaps, default=0.0) > NEAR or np.max(np.abs(lengths - self.l)) < ROUNDING > max(gaps, default=0.0):
@@ -265,16 +253,13 @@ class System:
             )
         return x
 
-    def _places(self) -> list[tuple[int, Support, Array]]:
+    def _places(self) -> list[tuple[int, EndConditions, Array]]:
         """Return what holds the rod at the start: vertex, support, and the place (3,) of its displacements, dimensionless."""
         held = self.motion.held("start", 0.0), self.motion.held("end", 0.0)
-        supports = holding.supports_at(self.motion.problem, held, self.nodes)
-        ends = [self.motion.position(at, 0.0) for at in ENDS]
-        places = [*ends, *(np.array(support.position) for _, support in supports[2:])]
-        return [
-            (i, support, (place - self.units.origin) / self.units.length)
-            for (i, support), place in zip(supports, places, strict=True)
-        ]
+        supports = holding.supports_at(self.packing, held, self.cells)
+        ends = [(self.motion.position(at, 0.0) - self.units.origin) / self.units.length for at in ENDS]
+        places = [*ends, *(support.place for _, support in supports[2:])]
+        return [(i, support, place) for (i, support), place in zip(supports, places, strict=True)]
 
     def _settled(self, solution: EquilibriumSolution) -> State:
         """Return the discrete equilibrium beside a solution: a stage that lasts for ever; of a ring some long ones."""
@@ -338,8 +323,8 @@ class System:
         if np.any(cosines < FOLDED):
             s = self.nodes[int(np.argmin(cosines)) + 1] * L
             raise InvalidInput(f"motion.initial folds the rod back on itself at s = {s:.4g} m; give a smooth curve.")
-        support = self.motion.problem.start
-        R = support.R if support.clamps and support.R[:, 2] @ t[0] > FOLDED else frames_along(t[0])
+        start = self.packing.start
+        R = start.frame if start.clamps and start.frame[:, 2] @ t[0] > FOLDED else frames_along(t[0])
         d1 = carried_along(R, along)
         if self.link is None:
             return self._state(r, d1, None)
@@ -366,17 +351,17 @@ class System:
     def _frame_at(self, at: str, x: Array, t: Array, d1: Array) -> Array:
         """Return the frame of an end at t = 0: the support's, or one that it allows next to the edge's."""
         i = 0 if at == "start" else -1
-        if holding.kind_of(getattr(self.motion.problem, at)) != TURNING:
+        support = self.packing.ends[i]
+        if holding.kind_of(support) != TURNING:
             return self.motion.frame(at, 0.0)
-        end = End(self.motion.problem, at, self.scale, 1.0, 4 * self.segments + 3)
+        end = End(support, 1.0, 4 * self.segments + 3)
         return end.held_frame(frames.frame_of(t[i], d1[i]))
 
     def _check_place(self, state: State) -> None:
         x, t = state.x.reshape(-1, 3), state.t.reshape(-1, 3)
         for k, (i, support, place) in enumerate(self._places()):
             where = f"s = {self.nodes[i] * self.units.length:g} m" if k > 1 else f"its {ENDS[k]}"
-            axes = support.displacement_axes[:, list(support.held_displacement)]
-            gap = float(np.linalg.norm(axes.T @ (x[i] - place)))
+            gap = float(np.linalg.norm(support.held_axes @ (x[i] - place)))
             edge, ghost = ((1, 0), (-2, -1))[min(k, 1)]
             away = k < 2 and holding.kind_of(support) == HELD and t[edge] @ t[ghost] < 0.0
             if gap > GAP:
@@ -485,57 +470,6 @@ class System:
         """Return the arc length in m at which packed numbers are largest."""
         packed = np.append(np.nan_to_num(np.abs(residual), nan=np.inf), 0.0).reshape(-1, 4).max(axis=1)
         return float(self.nodes[min(int(np.argmax(packed)), self.segments)] * self.units.length)
-
-
-def refuses(motion: Motion) -> str | None:
-    """Return why this motion can't be stated, in one sentence, or None."""
-    problem = motion.problem
-    if problem.rod.shear:
-        return "motion states rods that do not shear, but rod.shear is True; set shear=False."
-    if problem.rod.coupled:
-        return "motion states no section that couples bending or twist with stretch or shear, as this StiffnessMatrix does."
-    for at in () if problem.closed else ENDS:
-        support = getattr(problem, at)
-        if support.twist != 0.0 and not (
-            motion.initial == "equilibrium" or isinstance(motion.initial, EquilibriumSolution)
-        ):
-            return (
-                f"problem.{at} has a twist, which the rod at the start of the motion has not; begin with an equilibrium, "
-                "initial='equilibrium', or give the end's frame instead of a twist."
-            )
-        if support.sliding == "section" and any(support.held_displacement):
-            return f"problem.{at} is a groove that turns with the section; motion states sliding='fixed'."
-    for s, support in problem.between:
-        if holding.kind_of(support) != FREE or support.sliding == "section":
-            return (
-                f"the {type(support).__name__}() at s = {s:g} m turns with the section or holds it from turning; between the ends "
-                "motion states supports that hold displacements or tie them by springs."
-            )
-    if problem.of_shape:
-        return (
-            f"a {type(problem.of_shape[0]).__name__} is a Python function of the shape, which compiled steps can't ask; motion "
-            "states functions of s, and functions of t as load_factor."
-        )
-    turning = [i for i, load in enumerate(problem.loads) if load.frame_spin is not None]
-    factors = motion.factors if len(motion.factors) == len(problem.loads) else motion.factors * len(problem.loads)
-    if len(turning) > 1:
-        return "two Rotation loads act, but all is seen in one turning frame; add their omega."
-    if turning and factors[turning[0]] not in (None, 1.0):
-        return "Rotation is the turning frame itself, whose speed can't change: its load_factor must be 1; turn the clamp instead."
-    return None
-
-
-def rotary_inertia(motion: Motion, s: Array) -> Array:
-    """Return the rotary inertia per length about the tangent, kg m, at s (n,)."""
-    if motion.rotary_inertia is not None:
-        return np.full(len(s), motion.rotary_inertia)
-    c = motion.problem.rod.stiffness(s)
-    if c.EA is None:
-        raise InvalidInput(
-            "motion.rotary_inertia is missing, and section.EA too, from which it would follow; give one of them."
-        )
-    mass = motion.problem.rod.mass(s, "Motion")
-    return np.asarray(mass * (c.EI1 + c.EI2) / c.EA)
 
 
 def _groups(motion: Motion) -> list[tuple[Any, int, list[Load]]]:

@@ -17,10 +17,12 @@ from darboux.checks import assign, description
 from darboux.errors import InvalidInput
 from darboux.kernels.gauss import FEWEST_STAGES, MOST_STAGES
 from darboux.kernels.path import MOST_ELEMENTS
+from darboux.packing import pendulum
+from darboux.packing.coefficients import elastic_parts
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import first_shape, hanging_chain, limits, load_path, pendulum
-from darboux.statics.coefficients import Scale, elastic_parts
+from darboux.statics import first_shape, hanging_chain, limits, load_path
 from darboux.statics.collocation_equations import CAREFUL, QUICK, Equations
 from darboux.statics.collocation_path import buckled, follow
 from darboux.statics.collocation_refinement import refined

@@ -19,23 +19,24 @@ from darboux.curve import Curve
 from darboux.kernels import collocation
 from darboux.kernels import newton as kernel
 from darboux.kernels import stability as stability_kernel
-from darboux.kernels.collocation import SHAPED, SHAPED_COUPLE
+from darboux.kernels.collocation import SHAPED_COUPLE
 from darboux.kernels.newton import Work, new_work
 from darboux.kernels.path import FEWEST_ELEMENTS, MOST_ITERATIONS
-from darboux.kernels.profile import Profile
-from darboux.kernels.rod_equations import DEAD_FORCE, FORCE, K0, MOMENT, ROTATION, SINV, STATES
+from darboux.kernels.rod_equations import BINV, DEAD_FORCE, FORCE, K0, MOMENT, ROTATION, SINV, STATES
 from darboux.kernels.system import FREE, SIDES, System
 from darboux.natural import smallest_rotation
+from darboux.packing import coefficients
+from darboux.packing.cells import symmetric
+from darboux.packing.coefficients import Law, Table
+from darboux.packing.ends import EndConditions
+from darboux.packing.laying import shape_of
+from darboux.packing.loads import DEAD, FOLLOWER, GRADIENT, LOADS
+from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
-from darboux.statics import coefficients, stability
-from darboux.statics.coefficients import Scale, Table
-from darboux.statics.end_conditions import EndConditions
-from darboux.statics.first_shape import FirstShape, shape_of
+from darboux.statics.first_shape import FirstShape
 from darboux.statics.mesh import Mesh, better_nodes, stage_points
-from darboux.statics.pendulum import at_rest
 from darboux.statics.stability import SecondVariation
-from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
@@ -60,32 +61,6 @@ class Pace(NamedTuple):
 
 QUICK = Pace(2, 1e-3, 0.02)  # on the way only the branch matters
 CAREFUL = Pace(4, 1e-6, 2e-3)  # ... but near a bifurcation small errors make a fold of it
-
-
-@dataclass(eq=False)
-class Law:
-    """The coefficients c + lambda c' of a rod between ``breaks``: ``base`` c and ``rate`` c' (p, degree + 1, columns)."""
-
-    breaks: Array
-    base: Array
-    rate: Array
-    _last: tuple[float, Array] = (np.nan, NOTHING)
-
-    @property
-    def degree(self) -> int:
-        """The degree of the polynomials."""
-        return int(self.base.shape[1]) - 1
-
-    def table(self, load_factor: float) -> Table:
-        """Return the coefficients at a load factor."""
-        if self._last[0] != load_factor:
-            self._last = load_factor, self.base + load_factor * self.rate
-        return Table(self.breaks, self._last[1])
-
-    def at(self, load_factor: float) -> tuple[Profile, Profile]:
-        """Return them, and their derivatives by it, as the kernels take them."""
-        now = self.table(load_factor).coefficients
-        return Profile(self.breaks, now.ravel(), self.degree), Profile(self.breaks, self.rate.ravel(), self.degree)
 
 
 @dataclass
@@ -124,29 +99,25 @@ class Equations:
     def __init__(self, problem: Equilibrium, stages: int, shape: FirstShape | None = None) -> None:
         self.problem = problem
         self.pace = QUICK if stages == QUICK.stages else CAREFUL._replace(stages=stages)
-        self.scale = Scale.of(problem)
+        self.packing = Packing(problem)
+        self.scale = self.packing.scale
         self.shape = shape
         if shape is None:
-            self.table, self.relaxing = coefficients.table(problem, self.scale), None
+            self.table, self.relaxing = self.packing.table, None
         else:
-            self.table, self.relaxing = coefficients.table_and_strain(problem, self.scale, shape.k, shape.knots)
+            self.table, self.relaxing = self.packing.table_and_strain(shape.k, shape.knots)
         places = (
             [*problem.breaks, *problem.jumps] if not problem.dense else self.table.breaks[1:-1] * problem.rod.length
         )
         self.breaks, self.widths = _apart(places, problem.stations, problem.rod.length)
-        self.start = EndConditions(problem.start, problem.end_load("start"), -1.0, self.scale)
-        self.end = EndConditions(problem.end, problem.end_load("end"), 1.0, self.scale)
-        self.stations = [
-            (s / problem.rod.length, EndConditions(support, load, 1.0, self.scale))
-            for s, (support, load) in problem.stations.items()
-        ]
+        self.start, self.end = self.packing.ends
+        self.stations = self.packing.stations
         self.conditions = [self.start, *(conditions for _, conditions in self.stations), self.end]
-        held_twice, sags = len(problem.supports) > 1, shape is not None and shape.sags
-        self.slack = self.table.lent(SLACK, problem) if held_twice and not sags else 0.0
+        self.slack = 0.0 if shape is not None and shape.sags else self.packing.lent(SLACK)
         compliances = np.max(np.abs(self.table.coefficients[:, 0, :K0]), axis=0)
         self.softest, stretch = float(np.max(compliances[:3])), float(np.max(compliances[SINV : SINV + 3]))
         self.rounding = ROUNDING_STRAIN / stretch if stretch > 0.0 else 0.0  # of n: what a rounded place makes of EA
-        self.has_potential = stability.has_potential(problem)
+        self.has_potential = self.packing.has_potential
         self.iterations = 0
         self.free = 0  # free motions that the last step left alone
         self.disturb(())
@@ -177,7 +148,7 @@ class Equations:
         else:
             states[:, :ROTATION], states[:, ROTATION:FORCE] = self.shape.states(points)
         for at, conditions in ((0.0, self.start), *self.stations, (1.0, self.end)):
-            if conditions.support.holds and conditions.support is not support:
+            if conditions.holds and conditions is not support:
                 conditions.grow_from(states[np.searchsorted(points, at)], all_at_once=self.shape is not None)
         mesh = self._mesh(x, points, states)
         exact = self.newton(mesh, 0.0, self.pace.tolerance, most=MOST_ITERATIONS)
@@ -189,30 +160,28 @@ class Equations:
         states = np.zeros((len(points), STATES))
         states[:, :ROTATION], states[:, ROTATION:FORCE] = shape_of(k, points)
         self._lay(points, states)
-        B = self.problem.rod.compliance(points * self.scale.length)[:, 3:, 3:]
-        strain = (k(points) - self.natural_shape(points)) / (self.scale.length * self.scale.moment)
-        moment = np.linalg.solve(B, strain[:, :, None])
+        c = self.packing.columns(points)
+        moment = np.linalg.solve(symmetric(c[:, BINV : BINV + 6]), (k(points) - c[:, K0 : K0 + 3])[:, :, None])
         R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
         states[:, MOMENT:] = (R @ moment)[:, :, 0]
         if carrying:
-            states[:, FORCE:MOMENT] = self._carried(points, states, R)
+            states[:, FORCE:MOMENT] = self._carried(points, states, R, c[:, LOADS])
         return self._mesh(x, points, states)
 
-    def _carried(self, points: Array, states: Array, R: Array) -> Array:
+    def _carried(self, x: Array, states: Array, R: Array, loads: Array) -> Array:
         """Return the inner forces (n, 3) that carry the loads along a guessed shape to a held end."""
         from scipy.integrate import cumulative_trapezoid  # slow to load, and seldom needed
 
-        s, r = points * self.scale.length, states[:, :3] * self.scale.length + self.scale.origin
-        f = self.problem.distributed(s).force(r, R)
-        n = -cumulative_trapezoid(f, s, axis=0, initial=0.0)
-        start, end = self.problem.end_load("start").force, self.problem.end_load("end").force
-        if not all(self.problem.end.held_displacement):
-            n += end - n[-1]
-        elif not all(self.problem.start.held_displacement):
-            n += -start - n[0]
+        moved = np.einsum("nij,nj->ni", loads[:, GRADIENT].reshape(-1, 3, 3), states[:, :3])
+        f = loads[:, DEAD] + moved + np.einsum("nij,nj->ni", R, loads[:, FOLLOWER])
+        n = -cumulative_trapezoid(f, x, axis=0, initial=0.0)
+        if not all(self.end.held_places):
+            n += self.end.load.force - n[-1]
+        elif not all(self.start.held_places):
+            n += -self.start.load.force - n[0]
         else:
             n -= np.mean(n, axis=0)
-        return np.asarray(n / self.scale.force)
+        return np.asarray(n)
 
     def _mesh(self, x: Array, points: Array, states: Array) -> Mesh:
         nodes = np.isin(points, x)
@@ -221,18 +190,18 @@ class Equations:
 
     def natural_shape(self, x: Array) -> Array:
         """Return k0 L at x (n,): (n, 3)."""
-        return self.problem.rod.k0(x * self.scale.length) * self.scale.length
+        return self.packing.natural(x)
 
-    def _lay(self, points: Array, states: Array) -> Support:
+    def _lay(self, points: Array, states: Array) -> EndConditions:
         """Turn and move the states of the unloaded rod to where a support holds it; return that support."""
-        held, place, orientation = at_rest(self.problem)
+        held, place, orientation = self.packing.at_rest()
         i = int(np.searchsorted(points, place))
         R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
         chord = states[-1, :3] - states[0, :3]
         turn = orientation @ R[i].T if orientation.shape == (3, 3) else smallest_rotation(_unit(chord), orientation)
         states[:, ROTATION:FORCE] = frames.same_sign(frames.quaternion_of_matrix(turn @ R))
         states[:, :3] = (states[:, :3] - states[i, :3]) @ turn.T
-        states[:, :3] += (np.array(held.position) - self.scale.origin) / self.scale.length
+        states[:, :3] += held.place
         return held
 
     def _first_nodes(self) -> Array:
@@ -294,17 +263,7 @@ class Equations:
 
     def _loads_of_shape(self, points: Array, states: Array) -> Array:
         """Return the loads that are functions of the shape, with their derivatives, at the states (n, 13): (n, SHAPED)."""
-        scale = self.scale
-        s, r = points * scale.length, states[:, :3] * scale.length + scale.origin
-        R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
-        result = np.zeros((len(s), SHAPED))
-        for load in self.problem.of_shape:
-            at, unit = (SHAPED_COUPLE, scale.force) if load.is_couple else (0, scale.force / scale.length)
-            by_r, by_turn = load.gradients(s, r, R, scale.length)
-            result[:, at : at + 3] += load.at_shape(s, r, R) / unit
-            result[:, at + 3 : at + 12] += by_r.reshape(-1, 9) * (scale.length / unit)
-            result[:, at + 12 : at + 21] += by_turn.reshape(-1, 9) / unit
-        return result
+        return self.packing.of_shape(points, states[:, :3], frames.matrix_of_quaternion(states[:, ROTATION:FORCE]))
 
     def moved(self, mesh: Mesh, load_factor: float, delta: Array, change: float = 0.0, part: float = 1.0) -> Mesh:
         """Return the mesh moved along a step of the nodes and a change of the load factor."""

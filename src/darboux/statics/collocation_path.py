@@ -14,7 +14,7 @@ from darboux.kernels.path import Course, Nodes
 from darboux.kernels.rod_equations import STATES
 from darboux.kernels.step_control import LARGEST_CORRECTED_TURN
 from darboux.kernels.system import FREE
-from darboux.statics.coefficients import Table
+from darboux.packing.coefficients import Table
 from darboux.statics.collocation_equations import Equations
 from darboux.statics.load_path import UNSEEN_TURN, Path, Stopped, look
 from darboux.statics.mesh import Mesh

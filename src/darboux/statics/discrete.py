@@ -18,9 +18,10 @@ from darboux import checks
 from darboux.checks import MOST_SEGMENTS, assign, description
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
+from darboux.packing import pendulum
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status, same_branch
-from darboux.statics import discrete_fields, hanging_chain, limits, load_path, pendulum
+from darboux.statics import discrete_fields, hanging_chain, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
 from darboux.statics.discrete_chain import Chain, nodes_along, nodes_wanted
 from darboux.statics.discrete_modes import LowestModes

@@ -19,6 +19,7 @@ from darboux import frames
 from darboux.errors import InvalidInput
 from darboux.kernels import discrete_rod
 from darboux.kernels.band import LOWER
+from darboux.kernels.collocation import SHAPED_COUPLE
 from darboux.kernels.discrete_rod import Elasticity, Loads, State
 from darboux.kernels.rod_equations import (
     BINV,
@@ -31,15 +32,14 @@ from darboux.kernels.rod_equations import (
     SINV,
 )
 from darboux.natural import smallest_rotation
+from darboux.packing.cells import six, symmetric
+from darboux.packing.ends import EndConditions
+from darboux.packing.pendulum import hanging
+from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
-from darboux.statics import coefficients, hanging_chain, stability
-from darboux.statics.coefficients import Scale
+from darboux.statics import hanging_chain
 from darboux.statics.discrete_ends import Block, End, cross_matrix
-from darboux.statics.end_conditions import EndConditions
 from darboux.statics.first_shape import FirstShape, circle
-from darboux.statics.laying import laid
-from darboux.statics.pendulum import hanging
-from darboux.supports import Free, Support
 
 Array = NDArray[np.float64]
 
@@ -52,8 +52,6 @@ SHIFT = 1e-5  # of EI / L^3 and EI / L, per length: what is lent to motions that
 SHIFT_OF_RING = 1e-4  # the same, above the rounding of the penalty, which a ring that turns feels
 CLOSE = 0.05  # of a mean edge: a point load this close to another place acts from there
 GHOST = 0.5  # length of a ghost edge, over its neighbour's
-NOWHERE = np.zeros(0)
-SHARPEST = 2.5  # rad, bend of a spring where the natural shape has a narrow one
 APART = 0.25  # of a segment, between nodes that are put at two places
 
 
@@ -132,27 +130,26 @@ class Chain:
         self.problem, self.nodes = problem, nodes
         self.closed = problem.closed
         self.cable = hanging_chain.hung(problem)
-        self.scale = Scale.of(problem)
+        self.packing = Packing(problem)
+        self.scale = self.packing.scale
         self.edges = len(nodes) - 1
         self.unknowns = 4 * (self.edges + 2) + 3
-        self.frozen = tuple(
-            self.closed or (two_vertices and support.clamps) for support in (problem.start, problem.end)
-        )
-        self.symmetric = stability.has_potential(problem)
+        self.frozen = tuple(self.closed or (two_vertices and end.clamps) for end in self.packing.ends)
+        self.symmetric = self.packing.has_potential
         self._discretise()
-        self.ends = self._ends_of(problem)
+        self.ends = self._ends_of(self.packing)
         self._soften()
         self.between = self._stations()
         self._loaded = (0.0, Loads(np.zeros(self.f.size), np.zeros(self.C.size)))
         self.fixed = self._fixed()
-        oriented = any(all(support.held_rotation) or support.rotational is not None for _, support in problem.supports)
+        oriented = any(all(support.held_turns) or support.sprung[1] for _, support in self.packing.supports)
         self.shift = SHIFT_OF_RING if self.closed else 0.0 if oriented else SHIFT
         self.shift *= max(1.0, float(np.max(self.EA)) / PENALTY)  # above the rounding of stiffer edges too
 
-    def _ends_of(self, problem: Equilibrium) -> tuple[End, End]:
+    def _ends_of(self, packing: Packing) -> tuple[End, End]:
         first, last = (
-            End(problem, at, self.scale, float(ghost), self.unknowns, float(ghost) if self.closed else 0.0)
-            for at, ghost in zip(("start", "end"), GHOST * self.l[[1, -2]], strict=True)
+            End(conditions, float(ghost), self.unknowns, float(ghost) if self.closed else 0.0)
+            for conditions, ghost in zip(packing.ends, GHOST * self.l[[1, -2]], strict=True)
         )
         return first, last
 
@@ -163,16 +160,14 @@ class Chain:
         """
         for end, i in zip(self.ends, (0, -1), strict=True):
             share = 2.0 * self.V[i] * self.edges
-            if share < CLOSE and end.bare and not any(end.support.held_rotation):
+            if share < CLOSE and end.bare and not any(end.conditions.held_turns):
                 self.stiffness.reshape(-1, 6)[1:-1][i] *= share
 
     def released(self, at: Sequence[str]) -> Chain:
         """Return the chain without the supports of those ends, as no problem of statics may be."""
         chain = copy.copy(self)
-        chain.problem = copy.copy(self.problem)
-        for end in at:
-            object.__setattr__(chain.problem, end, Free())
-        chain.ends = self._ends_of(chain.problem)
+        chain.packing = self.packing.released(at)
+        chain.ends = self._ends_of(chain.packing)
         chain.fixed = chain._fixed()
         return chain
 
@@ -180,30 +175,21 @@ class Chain:
 
     def _discretise(self) -> None:
         """Average compliance, natural shape and loads over the cells of the vertices and over the edges."""
-        x = self.nodes
-        middle = 0.5 * (x[:-1] + x[1:])
-        cells = np.concatenate([x[:1], middle, x[-1:]])
-
-        def columns(s: Array) -> Array:
-            return coefficients.columns(self.problem, self.scale, s % 1.0 if self.closed else s)
-
-        self.places = places_along(self.problem)
-        at_vertices = means(columns, cells, self.places)
-        on_edges = _ghosted(means(columns, x, self.places))
-        self.l, self.V = _ghosted(np.diff(x)), np.diff(cells)
+        self.cells = self.packing.cells(self.nodes)
+        at_vertices = self.cells.at_vertices(self.packing.columns)
+        on_edges = _ghosted(self.cells.on_edges(self.packing.columns))
+        self.l, self.V = _ghosted(self.cells.l), self.cells.V
         self.l[[0, -1]] = GHOST * self.l[[1, -2]]
         B = np.linalg.inv(symmetric(at_vertices[:, BINV : BINV + 6])) / self.V[:, None, None]
-        self.stiffness = _ghosted(_six(B)).ravel()
-        self.natural = _ghosted(
-            natural_rates(self.problem, at_vertices[:, K0 : K0 + 3], cells) * self.V[:, None]
-        ).ravel()
+        self.stiffness = _ghosted(six(B)).ravel()
+        self.natural = _ghosted(self.cells.natural_rates(at_vertices[:, K0 : K0 + 3]) * self.V[:, None]).ravel()
         self.kappa0 = self.first = self.natural  # at the load factor of now, at 0
-        held_twice = len(self.problem.supports) > 1 and self.cable is None
-        self.lent = held_twice and (not self.problem.rod.stretch or coefficients.is_pushed(self.problem))
+        held_twice = len(self.packing.supports) > 1 and self.cable is None
+        self.lent = held_twice and (not self.problem.rod.stretch or self.packing.is_pushed)
         self.inextensible = not self.problem.rod.stretch and not self.lent
         force, gradient = DEAD_FORCE, FORCE_GRADIENT
         self.f = _ghosted(at_vertices[:, force : force + 3] * self.V[:, None])
-        self.C = _ghosted(_six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None])
+        self.C = _ghosted(six(at_vertices[:, gradient : gradient + 9].reshape(-1, 3, 3)) * self.V[:, None])
         spread = self.l[:, None]
         self.couples = on_edges[:, DEAD_MOMENT : DEAD_MOMENT + 3] * spread
         self.section_force = 0.5 * (on_edges[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] * spread)[:, None].repeat(
@@ -211,27 +197,26 @@ class Chain:
         )
         self.section_couple = on_edges[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] * spread
         self.distributed = self.f.copy()
-        for at, i in (("start", 1), ("end", -2)):
-            self.f[i] += self.problem.end_load(at).force / self.scale.force
+        for end, i in zip(self.packing.ends, (1, -2), strict=True):
+            self.f[i] += end.load.force
         self.lever = np.zeros_like(self.f)
         self.points: list[PointLoad] = []
-        for s, load in self.problem.points.items():
-            i = self.vertex(s)
+        for x, load in ((x, station.load) for x, station in self.packing.stations if station.loaded):
+            i = self.vertex(x)
             share = self.l[[i, i - 1]] / (self.l[i - 1] + self.l[i])  # of the edges in front of it and behind it
-            self.f[i] += load.force / self.scale.force
-            beyond = s / self.problem.rod.length - self.nodes[i - 1]
+            self.f[i] += load.force
+            beyond = x - self.nodes[i - 1]
             if beyond != 0.0:
                 other = i + (1 if beyond > 0.0 else -1)
-                part = beyond / (self.nodes[other - 1] - self.nodes[i - 1]) * load.force / self.scale.force
+                part = beyond / (self.nodes[other - 1] - self.nodes[i - 1]) * load.force
                 self.lever[other] += part
                 self.lever[i] -= part
-            self.couples[[i - 1, i]] += share[:, None] * load.moment / self.scale.moment
-            c = coefficients.columns(self.problem, self.scale, self.nodes[i - 1 : i])[:, BINV : BINV + 6]
-            c = 0.5 * share[0] * self.l[i - 1] * symmetric(c)[0]
-            edges, dead = np.array([i - 1, i]), load.moment / self.scale.moment
-            p, d = load.section_force / self.scale.force, load.section_moment / self.scale.moment
-            d = d + beyond * np.array([-p[1], p[0], 0.0])
-            self.points.append(PointLoad(edges, share, c, p, d, dead, load.eccentric / self.scale.moment))
+            self.couples[[i - 1, i]] += share[:, None] * load.moment
+            c = symmetric(self.packing.columns(self.nodes[i - 1 : i])[:, BINV : BINV + 6])[0]
+            c *= 0.5 * share[0] * self.l[i - 1]
+            p = load.section_force
+            d = load.section_moment + beyond * np.array([-p[1], p[0], 0.0])
+            self.points.append(PointLoad(np.array([i - 1, i]), share, c, p, d, load.moment, load.eccentric))
         self.f += self.lever
         followers = [self.section_force, *(point.force for point in self.points)]
         loads = sum(float(np.sum(np.abs(part))) for part in (self.f, self.C, *followers))
@@ -242,18 +227,14 @@ class Chain:
         self.EA[[0, -1]] = 1.0  # a ghost's length is held
         self.own_EA = self.EA[1:-1].copy() if self.problem.rod.stretch else None
 
-    def vertex(self, s: float) -> int:
-        """Return the number of the vertex at s in m, ghosts counted."""
-        return 1 + int(np.argmin(np.abs(self.nodes - s / self.problem.rod.length)))
+    def vertex(self, x: float) -> int:
+        """Return the number of the vertex at x = s / L, ghosts counted."""
+        return 1 + self.cells.vertex(x)
 
     def _stations(self) -> list[tuple[int, EndConditions, Block]]:
         """Return the supports between the ends: the vertex, the conditions, the vertex's unknowns."""
-        result = []
-        for s, support in self.problem.between:
-            i = self.vertex(s)
-            conditions = EndConditions(support, self.problem.stations[s][1], 1.0, self.scale)
-            result.append((i, conditions, Block(self.unknowns, 4 * i, 3)))
-        return result
+        held = [(self.vertex(x), conditions) for x, conditions in self.packing.stations if conditions.holds]
+        return [(i, conditions, Block(self.unknowns, 4 * i, 3)) for i, conditions in held]
 
     def _fixed(self) -> NDArray[np.bool_]:
         fixed = np.zeros(self.unknowns, dtype=bool)
@@ -261,7 +242,7 @@ class Chain:
             fixed[end.block.part] = end.fixed
             fixed[edge] = frozen
         for _, conditions, block in self.between:
-            fixed[block.part] = conditions.support.held_displacement
+            fixed[block.part] = conditions.held_places
         return fixed
 
     def elasticity(self, T: Array) -> Elasticity:
@@ -290,27 +271,24 @@ class Chain:
                     part[j, vertex] += share * value
                 for part, value in zip((loads.M, loads.M_phi), own[2:], strict=True):
                     part[j] += share * value
-        for load in self.problem.of_shape:
-            self._add_of_shape(load, shape, R, load_factor, loads)
+        if self.problem.of_shape:
+            self._add_of_shape(shape, R, load_factor, loads)
         loads.M[:] += load_factor * self.couples
         return loads
 
-    def _add_of_shape(self, load: Any, shape: Shape, R: Array, load_factor: float, loads: EdgeLoads) -> None:
-        """Add a load that is a function of the shape, read at the middle of each edge."""
-        x, scale, R = shape.state.x.reshape(-1, 3)[1:-1], self.scale, R[1:-1]
-        s = 0.5 * (self.nodes[:-1] + self.nodes[1:]) * scale.length
-        r = 0.5 * (x[:-1] + x[1:]) * scale.length + scale.origin
-        unit = scale.force if load.is_couple else scale.force / scale.length
-        per_edge = (load_factor * self.l[1:-1] / unit)[:, None]
-        by_r, by_turn = (per_edge[:, :, None] * part for part in load.gradients(s, r, R, scale.length))
-        by_r, by_turn = by_r * scale.length, by_turn @ R.transpose(0, 2, 1)
-        value = per_edge * load.at_shape(s, r, R)
-        if load.is_couple:
-            for part, added in zip(loads[3:], (value, by_r, by_turn), strict=True):
-                part[1:-1] += added
-        else:  # half on either vertex
-            for part, added in zip(loads[:3], (value, by_r, by_turn), strict=True):
-                part[1:-1] += 0.5 * added[:, None]
+    def _add_of_shape(self, shape: Shape, R: Array, load_factor: float, loads: EdgeLoads) -> None:
+        """Add the loads that are functions of the shape, read at the middle of each edge."""
+        x, R = shape.state.x.reshape(-1, 3)[1:-1], R[1:-1]
+        values = self.packing.of_shape(0.5 * (self.nodes[:-1] + self.nodes[1:]), 0.5 * (x[:-1] + x[1:]), R)
+        values *= load_factor * self.l[1:-1, None]
+        parts = [values[:, at : at + 21] for at in (0, SHAPED_COUPLE)]
+        forces, couples = (
+            (own[:, :3], own[:, 3:12].reshape(-1, 3, 3), own[:, 12:].reshape(-1, 3, 3) @ R.transpose(0, 2, 1))
+            for own in parts
+        )
+        for i in range(3):  # half of a force on either vertex
+            loads[i][1:-1] += 0.5 * forces[i][:, None]
+            loads[3 + i][1:-1] += couples[i]
 
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
@@ -327,19 +305,19 @@ class Chain:
         )
         state.x[3:-3] = x.ravel()
         state.t[3:-3], state.d1[3:-3] = R[:, :, 2].ravel(), R[:, :, 0].ravel()
-        grooved = [sum(end.support.held_displacement) if end.groove else 0 for end in self.ends]
+        grooved = [sum(end.conditions.held_places) if end.groove else 0 for end in self.ends]
         shape = Shape(state, np.zeros(self.edges + 2), tuple(np.zeros(k) for k in grooved))
         for end, edge in zip(self.ends, (0, -1), strict=True):
             self._put(state, end, R[edge])
-        placing, given = laid(self.problem)[0], self.closed or self.cable is not None
+        placing, given = self.packing.laid()[0], self.closed or self.cable is not None
         for end, k in zip(self.ends, (0, -1), strict=True):
-            if end.support.holds and (end.support is not placing or given):
+            if end.conditions.holds and (end.conditions is not placing or given):
                 place = x[k] - end.outward * end.overhang * R[k, :, 2]
                 pose = np.concatenate([place, frames.quaternion_of_matrix(R[k])])
                 end.conditions.grow_from(pose, all_at_once=given)
             end.at(0.0)
         for k, conditions, _ in self.between:
-            if conditions.support is not placing:
+            if conditions is not placing:
                 conditions.grow_from(np.concatenate([x[k - 1], [1.0, 0.0, 0.0, 0.0]]))
         if given:
             self.first = np.empty_like(self.natural)
@@ -355,33 +333,31 @@ class Chain:
         discrete_rod.chain_frames(rest.ravel(), q.ravel())
         R = frames.matrix_of_quaternion(q)
         x = self._joined(R)
-        support, place, orientation = laid(self.problem)
-        i = int(np.argmin(np.abs(self.nodes - place)))
+        support, place, orientation = self.packing.laid()
+        i = self.cells.vertex(place)
         at = {0: 0, N: N + 1}.get(i, i)
         chord = x[-1] - x[0]
         chord /= np.linalg.norm(chord) if np.any(chord) else 1.0
         turn = orientation @ R[at].T if orientation.shape == (3, 3) else smallest_rotation(chord, orientation)
         hung = hanging(self.problem, *self._pulls((x - x[i]) @ turn.T, turn @ R, support))
         turn = turn if hung is None else hung @ turn
-        x = (x - x[i]) @ turn.T + (np.array(support.position) - self.scale.origin) / self.scale.length
+        x = (x - x[i]) @ turn.T + support.place
         return x, turn @ R, np.concatenate([[0.0], rest[:, 2], [0.0]])
 
-    def _pulls(self, x: Array, R: Array, support: Support) -> tuple[Array, Array, Array]:
+    def _pulls(self, x: Array, R: Array, support: EndConditions) -> tuple[Array, Array, Array]:
         """Return arms (n, 3), forces and gradients for `hanging`, of the vertices x (N + 1, 3) and the frames R (N + 2, 3, 3)."""
-        eccentric = [
-            (R[k], self.problem.end_load(at).eccentric / self.scale.moment) for at, k in (("start", 0), ("end", -1))
-        ]
+        eccentric = [(R[k], end.conditions.load.eccentric) for end, k in zip(self.ends, (0, -1), strict=True)]
         eccentric += [(np.tensordot(point.share, R[point.edges], 1), point.eccentric) for point in self.points]
-        joint, C = (np.array(support.position) - self.scale.origin) / self.scale.length, symmetric(self.C[1:-1])
+        C = symmetric(self.C[1:-1])
         return (
             np.concatenate([x, *(frame.T for frame, _ in eccentric)]),
-            np.concatenate([self.f[1:-1] + C @ joint, *(A.T for _, A in eccentric)]),
+            np.concatenate([self.f[1:-1] + C @ support.place, *(A.T for _, A in eccentric)]),
             np.concatenate([C, np.zeros((3 * len(eccentric), 3, 3))]),
         )
 
     def _circle(self, link: float) -> tuple[Array, Array, Array]:
         """Return vertices, frames and twists of a ring's regular polygon, whose sections turn evenly by the link."""
-        first = circle(self.problem, link, self.scale)
+        first = circle(self.packing, link)
         R0 = frames.matrix_of_quaternion(first.q)
         axis = R0[:, :2] @ first.k(np.zeros(1))[0, :2]
         s = np.arange(self.edges) / (self.edges - 1)  # of the middles of the edges
@@ -428,7 +404,7 @@ class Chain:
     @property
     def _pieces(self) -> list[tuple[int, int, bool, bool]]:
         """The parts between vertices that supports place: from, to, and whether either end is placed."""
-        inner = [i for i, conditions, _ in self.between if any(conditions.support.held_displacement)]
+        inner = [i for i, conditions, _ in self.between if any(conditions.held_places)]
         places = [(1, self.ends[0].places), *((i, True) for i in inner), (self.edges + 1, self.ends[1].places)]
         return [(i, j, a, b) for (i, a), (j, b) in itertools.pairwise(places)]
 
@@ -481,7 +457,7 @@ class Chain:
         """True where no support moves on the way: its clamps are fixed, and its other ends hold nothing."""
         growing = any(conditions.grows for _, conditions, _ in self.between)
         return not growing and all(
-            end.bare and not end.conditions.grows and end.support.twist == 0.0 for end in self.ends
+            end.bare and not end.conditions.grows and end.conditions.twist == 0.0 for end in self.ends
         )
 
     def posed(self, shape: Shape, load_factor: float) -> Shape:
@@ -498,9 +474,8 @@ class Chain:
             if self.frozen[k]:
                 new[inner] = new[vertex] - end.outward * self.l[vertex] * held[k][:, 2]
         for i, conditions, _ in self.between:
-            support = conditions.support
-            A = support.displacement_axes[:, list(support.held_displacement)]
-            new[i] += A @ (A.T @ (conditions.pose(load_factor)[0] - x[i]))
+            A = conditions.held_axes
+            new[i] += A.T @ (A @ (conditions.pose(load_factor)[0] - x[i]))
         step = np.zeros((self.edges + 3, 4))
         step[:, :3] = new - x
         state = _advanced(shape.state, step.ravel()[:-1])
@@ -519,7 +494,7 @@ class Chain:
         for (end, _, x, R), (_, _, new_x, new_R) in zip(self._ends(shape.state), self._ends(there.state), strict=True):
             result[end.block.part] = end.packed_pose((new_x - x) / step, frames.rotation_vector(new_R @ R.T) / step, R)
         for _, conditions, block in self.between:
-            result[block.part] = conditions.support.displacement_axes.T @ result[block.part]
+            result[block.part] = conditions.place_axes.T @ result[block.part]
         return result
 
     # -- what the supports make of the equations -----------------------------------------------------------------
@@ -531,7 +506,7 @@ class Chain:
                 end.hold(band, gradient, x, R, shape.reactions[k], self.penalty, symmetric)
         x = shape.state.x.reshape(-1, 3)
         for i, conditions, block in self.between:
-            A, K = conditions.support.displacement_axes, conditions.stiffness[:3, :3]
+            A, K = conditions.place_axes, conditions.stiffness[:3, :3]
             block.transform(band, gradient, A, A.T @ K @ A, symmetric)
             gradient[block.part] += A.T @ K @ (x[i] - conditions.pose(load_factor)[0])
 
@@ -541,7 +516,7 @@ class Chain:
         for end, _, _, R in self._ends(shape.state):
             end.block.transform(lower, nothing, end.transformation(R), np.zeros((7, 7)), True)
         for _, conditions, block in self.between:
-            block.transform(lower, nothing, conditions.support.displacement_axes, np.zeros((3, 3)), True)
+            block.transform(lower, nothing, conditions.place_axes, np.zeros((3, 3)), True)
 
     def packed(self, shape: Shape, step: Array) -> Array:
         """Return the packed step of a step in the supports' unknowns."""
@@ -550,7 +525,7 @@ class Chain:
             if step[end.block.part].any():
                 result[end.block.part] = end.transformation(R) @ step[end.block.part]
         for _, conditions, block in self.between:
-            result[block.part] = conditions.support.displacement_axes @ step[block.part]
+            result[block.part] = conditions.place_axes @ step[block.part]
         return result
 
     def energy_of_supports(self, shape: Shape, load_factor: float) -> float:
@@ -645,7 +620,7 @@ def places_of_vertices(problem: Equilibrium, segments: int) -> list[float]:
     """
     L = problem.rod.length
     places = [s / L for s, _ in problem.between]
-    for s in problem.points:
+    for s in problem.stations:
         if all(abs(s / L - other) > CLOSE / segments for other in (0.0, *places, 1.0)):
             places.append(s / L)
     return sorted(places)
@@ -713,59 +688,3 @@ def nodes_wanted(problem: Equilibrium, segments: int) -> tuple[list[float], bool
         else:
             left_out = left_out or apart > 0.0
     return sorted(places), not left_out and len(places) < segments
-
-
-def places_along(problem: Equilibrium) -> Array:
-    """Return where, from -1 to 2 for rings that go on, a quantity of the rod has a kink, jumps or is steep."""
-    places = np.array([*problem.breaks, *problem.steep_places]) / problem.rod.length
-    return _gone_on(problem, np.append(places, 0.0) if problem.closed else places)
-
-
-def _gone_on(problem: Equilibrium, places: Array) -> Array:
-    """Return places in [0, 1] in rising order; those of rings from -1 to 2."""
-    return np.unique(np.concatenate([places - 1.0, places, places + 1.0]) if problem.closed else places)
-
-
-def means(function: Callable[[Array], Array], nodes: Array, places: Array = NOWHERE) -> Array:
-    """Return the mean of a function (n,) -> (n, k) on each interval, by Gauss' rule of two points between the places in it."""
-    inside = places[(places > nodes[0]) & (places < nodes[-1])]
-    x: Array = np.union1d(nodes, inside)
-    middle, half = 0.5 * (x[:-1] + x[1:]), 0.5 * np.diff(x)
-    offset = half / np.sqrt(3.0)
-    parts = (function(middle - offset) + function(middle + offset)) * half[:, None]
-    if len(inside):
-        parts = np.add.reduceat(parts, np.searchsorted(x, nodes[:-1]), axis=0)
-    return np.asarray(parts / np.diff(nodes)[:, None])
-
-
-def natural_rates(problem: Equilibrium, k0: Array, cells: Array) -> Array:
-    """Return the strains per length (n, 3) of the natural shape, whose mean curvature and twist over the cells is k0 (n, 3).
-
-    They are k0, but where the rod's data jump or have a kink, as about a bend that is narrower than the
-    cell: there the spring turns by as much as the rod does. With p the quaternion of that turn, as in `discrete_rod.chain_frames`,
-
-        kappa = 2 (p_1, p_2) / sqrt(p_0^2 + p_3^2),   m = 2 atan2(p_3, p_0), and whole turns that bring it next to the turn about d3
-
-    Such a spring bends by ``SHARPEST`` at most: half a turn has no strain.
-    """
-    places = _gone_on(problem, np.array([*problem.rod.breaks, *problem.steep_places]) / problem.rod.length)
-    at = np.diff(np.searchsorted(places, cells)) > 0
-    rates, V = k0.copy(), np.diff(cells)[at, None]
-    turn = k0[at] * V
-    bend = np.linalg.norm(turn[:, :2], axis=1, keepdims=True)
-    turn[:, :2] *= np.minimum(1.0, SHARPEST / np.maximum(bend, SHARPEST))
-    p = frames.quaternion_of_turn(turn)
-    half = np.arctan2(p[:, 3], p[:, 0])
-    whole = np.rint((0.5 * turn[:, 2] - half) / np.pi)
-    kappa = 2.0 * p[:, 1:3] * ((-1.0) ** whole / np.hypot(p[:, 0], p[:, 3]))[:, None]
-    rates[at] = np.column_stack([kappa, 2.0 * (half + np.pi * whole)]) / V
-    return rates
-
-
-def symmetric(six: Array) -> Array:
-    """Return (n, 3, 3) from the six numbers 11, 22, 33, 23, 13, 12."""
-    return six[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
-
-
-def _six(matrix: Array) -> Array:
-    return np.stack([matrix[:, i, j] for i, j in coefficients.PAIRS], axis=1)

@@ -20,10 +20,7 @@ from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.kernels.band import FULL, LOWER, REACH
-from darboux.problem import Equilibrium
-from darboux.statics.coefficients import Scale
-from darboux.statics.end_conditions import EndConditions
-from darboux.supports import Support
+from darboux.packing.ends import EndConditions
 
 Array = NDArray[np.float64]
 
@@ -67,30 +64,21 @@ class Terms(NamedTuple):
 class End:
     """One end of a chain: its support, its loads, and the seven unknowns of its vertex and its ghost edge."""
 
-    def __init__(
-        self, problem: Equilibrium, at: str, scale: Scale, ghost: float, unknowns: int, overhang: float = 0.0
-    ) -> None:
-        support, load = getattr(problem, at), problem.end_load(at)
-        self.support: Support = support
-        self.outward = 1.0 if at == "end" else -1.0
+    def __init__(self, conditions: EndConditions, ghost: float, unknowns: int, overhang: float = 0.0) -> None:
+        self.conditions, self.outward = conditions, conditions.outward
         self.ghost = ghost  # length of the ghost edge
         self.overhang = overhang  # by which the vertex lies beyond the support, along the held tangent
-        self.conditions = EndConditions(support, load, self.outward, scale)
-        self.moment = load.moment / scale.moment
-        self.section_force = load.section_force / scale.force
-        self.section_moment = load.section_moment / scale.moment
-        self.eccentric = load.eccentric / scale.moment
-        self.block = Block(unknowns, 0 if at == "start" else unknowns - 7, 7)
+        load, at_start = conditions.load, self.outward < 0.0
+        self.moment, self.eccentric = load.moment, load.eccentric
+        self.section_force, self.section_moment = load.section_force, load.section_moment
+        self.block = Block(unknowns, 0 if at_start else unknowns - 7, 7)
         # Where the ghost vertex, its angle (or its length) and the vertex stand among the seven. phi takes the ghost's place.
-        self.far, self.angle, self.near = (
-            (slice(0, 3), 3, slice(4, 7)) if at == "start" else (slice(4, 7), 3, slice(0, 3))
-        )
-        self.groove = support.sliding == "section" and any(support.held_displacement)
-        self.universal = support.held_rotation == (False, False, True)
-        self.places = any(support.held_displacement) or support.linear is not None
+        self.far, self.angle, self.near = (slice(0, 3), 3, slice(4, 7)) if at_start else (slice(4, 7), 3, slice(0, 3))
+        self.groove = conditions.groove and any(conditions.held_places)
+        self.universal = not any(conditions.held_turns[:2]) and bool(conditions.held_turns[2])
+        self.places = any(conditions.held_places) or conditions.sprung[0]
         self.rigid = bool(np.all(self.fixed))
-        sprung = support.linear is not None or support.rotational is not None
-        self.stores = sprung or self.groove or bool(np.any(self.eccentric))  # energy
+        self.stores = any(conditions.sprung) or self.groove or bool(np.any(self.eccentric))  # energy
         acting = np.any(self.moment) or np.any(self.section_force) or np.any(self.section_moment)
         self.bare = not (self.stores or acting or self.universal)  # it adds nothing
         self.at(0.0)
@@ -100,8 +88,8 @@ class End:
         """Which of the seven unknowns are held: (7,)."""
         fixed = np.zeros(7, dtype=bool)
         fixed[self.angle] = True
-        fixed[self.far] = self.support.held_rotation
-        fixed[self.near] = False if self.groove else self.support.held_displacement
+        fixed[self.far] = self.conditions.held_turns
+        fixed[self.near] = False if self.groove else self.conditions.held_places
         return fixed
 
     def at(self, load_factor: float) -> None:
@@ -113,11 +101,11 @@ class End:
 
     def axes(self, R: Array) -> tuple[Array, Array]:
         """Return the axes of rotations and of displacements as columns (3, 3), where the section's frame is R."""
-        A = self.support.rotation_axes
+        A = self.conditions.turn_axes
         if self.universal:
             b = R @ self.R.T @ A[:, 1]
             A = np.column_stack([A[:, 0], b, frames.cross(A[:, 0], b)])
-        return A, self.support.displacement_axes
+        return A, self.conditions.place_axes
 
     def transformation(self, R: Array) -> Array:
         """Return T (7, 7): the packed unknowns by the support's own."""
@@ -145,14 +133,14 @@ class End:
 
     def held_frame(self, R: Array) -> Array:
         """Return the frame next to R that the support allows."""
-        held = self.support.held_rotation
+        held = self.conditions.held_turns
         if all(held):
             return self.R
         if not any(held):
             return R
-        a = self.support.rotation_axes[:, 0]
+        a = self.conditions.turn_axes[:, 0]
         if self.universal:  # the least turn that brings b across a
-            b = R @ self.R.T @ self.support.rotation_axes[:, 1]
+            b = R @ self.R.T @ self.conditions.turn_axes[:, 1]
             across = frames.cross(b, a)
             sine = float(np.linalg.norm(across))
             return frames.rotation(-np.arctan2(float(a @ b), sine) / sine * across) @ R
@@ -163,21 +151,21 @@ class End:
         """Return the place next to x that the support allows."""
         if self.groove:
             return x
-        A = self.support.displacement_axes[:, list(self.support.held_displacement)]
-        return np.asarray(x + A @ (A.T @ (self.position - x)))
+        A = self.conditions.held_axes
+        return np.asarray(x + A.T @ (A @ (self.position - x)))
 
     def out_of_groove(self, x: Array, R: Array) -> tuple[Array, Array, Array]:
         """Return what the groove holds at zero (k,), its derivatives (k, 6), and the axes across it, R a, as rows (k, 3)."""
-        across = (R @ self.support.displacement_axes[:, list(self.support.held_displacement)]).T
+        across = self.conditions.held_axes @ R.T
         u = x - self.position
         return across @ u, np.hstack([np.cross(across, u), across]), across
 
     def energy(self, x: Array, R: Array, reaction: Array, penalty: float) -> float:
         """Return the energy of springs and eccentric forces, and of the groove with the multipliers ``reaction``."""
         energy, u = -self.load_factor * float(np.sum(R * self.eccentric)), x - self.position
-        if self.support.linear is not None:
+        if self.conditions.sprung[0]:
             energy += 0.5 * float(u @ self.conditions.stiffness[:3, :3] @ u)
-        if self.support.rotational is not None:
+        if self.conditions.sprung[1]:
             theta = frames.rotation_vector(R @ self.R.T)
             energy += 0.5 * float(theta @ self.conditions.stiffness[3:, 3:] @ theta)
         if self.groove:
@@ -189,10 +177,10 @@ class End:
         """Return what springs, groove, eccentric forces, moments and followers add."""
         g, H, u = np.zeros(6), np.zeros((6, 6)), x - self.position
         K, k = self.conditions.stiffness[:3, :3], self.conditions.stiffness[3:, 3:]
-        if self.support.linear is not None:
+        if self.conditions.sprung[0]:
             g[DX] += K @ u
             H[DX, DX] += K
-        if self.support.rotational is not None:
+        if self.conditions.sprung[1]:
             g[PHI] += _spring_moment(k, R @ self.R.T)
             H[PHI, PHI] += _spring_tangent(k, R @ self.R.T)
         if self.groove:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.curve import Curve
 from darboux.kernels import discrete_rod
-from darboux.statics import coefficients
-from darboux.statics.discrete_chain import Chain, EdgeLoads, Shape, symmetric
+from darboux.kernels.collocation import SHAPED_COUPLE
+from darboux.packing import coefficients
+from darboux.packing.cells import symmetric
+from darboux.packing.loads import LOADS
+from darboux.statics.discrete_chain import Chain, EdgeLoads, Shape
 
 Array = NDArray[np.float64]
 
@@ -33,8 +34,8 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
     )  # where a vertex stands first
     twice = np.repeat(np.arange(len(x)), np.where(np.isin(np.arange(len(x)), stations), 2, 1))
     nodes = np.clip(chain.nodes, 0.0, 1.0)  # a ring's reach beyond
-    c = coefficients.columns(chain.problem, chain.scale, nodes)
-    c[:, coefficients.LOADS] *= load_factor
+    c = chain.packing.columns(nodes)
+    c[:, LOADS] *= load_factor
     q = _quaternions(chain, R, load_factor)
     y = np.concatenate([x, q, n, m], axis=1)[twice]
     for i in stations:
@@ -46,8 +47,11 @@ def curve(chain: Chain, shape: Shape, load_factor: float, gradient: Array) -> Cu
             couple = share * (load_factor * point.dead + point.on_edge(R[j], load_factor)[2])
             y[behind[point.edges[0]] + side, 10:13] += (1 - 2 * side) * couple
     dy = coefficients.slopes(c[twice], y)
-    for shaped in chain.problem.of_shape:
-        _add_slopes(chain, shaped, load_factor, nodes[twice], y, dy)
+    if chain.problem.of_shape:
+        R = frames.matrix_of_quaternion(y[:, 3:7])
+        shaped = load_factor * chain.packing.of_shape(nodes[twice], y[:, :3], R, slopes=False)
+        dy[:, 7:10] -= shaped[:, :3]
+        dy[:, 10:13] -= shaped[:, SHAPED_COUPLE : SHAPED_COUPLE + 3]
     return chain.scale.curve(nodes[twice], y, dy)
 
 
@@ -68,20 +72,9 @@ def elastic_parts(chain: Chain, shape: Shape, load_factor: float) -> tuple[float
     return bending, twist, 0.0 if chain.inextensible else stretch
 
 
-def _add_slopes(chain: Chain, load: Any, load_factor: float, nodes: Array, y: Array, dy: Array) -> None:
-    """Add what a load that is a function of the shape does to n' and m'."""
-    scale = chain.scale
-    s, r = nodes * scale.length, y[:, :3] * scale.length + scale.origin
-    value = load_factor * load.at_shape(s, r, frames.matrix_of_quaternion(y[:, 3:7]))
-    if load.is_couple:
-        dy[:, 10:13] -= value / scale.force
-    else:
-        dy[:, 7:10] -= value * (scale.length / scale.force)
-
-
 def _at_vertices(chain: Chain) -> list[int]:
     """Return the vertices between the ends where n and m may jump."""
-    at = {chain.vertex(s) - 1 for s in chain.problem.stations}
+    at = {chain.vertex(x) - 1 for x, _ in chain.packing.stations}
     return sorted(i for i in at if 0 < i < chain.edges)
 
 
@@ -131,7 +124,7 @@ def _forces(chain: Chain, x: Array, loads: EdgeLoads, load_factor: float, gradie
     vertices = np.empty_like(x)
     weight = (l[1:] / (l[:-1] + l[1:]))[:, None]
     vertices[1:-1] = weight * edges[:-1] + (1.0 - weight) * edges[1:]
-    start, end = (load_factor * chain.problem.end_load(at).force / chain.scale.force for at in ("start", "end"))
+    start, end = (load_factor * end.load.force for end in chain.packing.ends)
     vertices[0] = edges[0] + applied[0] - start
     vertices[-1] = edges[-1] - applied[-1] + end
     if chain.closed:

@@ -15,7 +15,7 @@ from darboux.kernels import band, discrete_rod
 from darboux.modes import Modes
 from darboux.statics import vibrations
 from darboux.statics.discrete_branch import ChainBranch
-from darboux.statics.discrete_chain import Chain, Shape, means
+from darboux.statics.discrete_chain import Chain, Shape
 from darboux.statics.discrete_ends import cross_matrix
 from darboux.statics.vibrations import Found, Parts
 
@@ -70,14 +70,10 @@ def in_shapes(chain: Chain, values: Array, packed: Array) -> Found:
 
 def mass_along(chain: Chain) -> Array | None:
     """Return the mass of each edge in kg, a ring's last one, which is its first, with none; None for a rod without mass."""
-    rod, L = chain.problem.rod, chain.scale.length
-    if rod.stiffness(np.zeros(1)).mass is None:
+    if not chain.packing.masses.known:
         return None
-
-    def per_length(x: Array) -> Array:
-        return rod.mass((x % 1.0 if chain.closed else x) * L, "solution.modes")[:, None]
-
-    pieces = means(per_length, chain.nodes, chain.places)[:, 0] * chain.l[1:-1] * L
+    per_length = chain.cells.on_edges(lambda x: chain.packing.masses(x, "solution.modes")[:, None])
+    pieces = per_length[:, 0] * chain.cells.l
     pieces[-1] *= not chain.closed
     return pieces if np.any(pieces > 0.0) else None
 
@@ -87,17 +83,12 @@ def inertia(chain: Chain, rotary: Array | None = None) -> Any:
 
     It is spread along the edges: 1/2 w (|dr_i|^2 + |dr_j|^2) - 1/6 w |dr_j - dr_i|^2 for an edge with the share w.
     """
-    rod, L = chain.problem.rod, chain.scale.length
     mass = mass_along(chain)
     pieces = (
         chain.l[1:-1] * (np.arange(chain.edges) < chain.edges - chain.closed) if mass is None else mass / np.sum(mass)
     )
     if rotary is None:
-        rotary = np.zeros(chain.edges)
-        if rod.section.has_shape:
-            middles = 0.5 * (chain.nodes[1:] + chain.nodes[:-1]) % 1.0 * L
-            g = rod.section.geometry(middles, rod.material.nu)
-            rotary = pieces * (g.I1 + g.I2) / (g.A * L**2)
+        rotary = pieces * chain.packing.masses.gyration(0.5 * (chain.nodes[1:] + chain.nodes[:-1]) % 1.0)
     rotary = np.maximum(rotary, LIGHTEST / chain.edges)
     if chain.closed:
         rotary[-1] = 0.0
@@ -156,7 +147,7 @@ def parts_of(chain: Chain, shape: Shape, load_factor: float, mass: Any, damping:
 def _packing(chain: Chain, shape: Shape) -> Any:
     """Return the sparse matrix of `Chain.packed`."""
     blocks = [(end.block.part, end.transformation(R)) for end, _, _, R in chain._ends(shape.state)]
-    blocks += [(block.part, conditions.support.displacement_axes) for _, conditions, block in chain.between]
+    blocks += [(block.part, conditions.place_axes) for _, conditions, block in chain.between]
     parts, at = [], 0
     for part, T in sorted(blocks, key=lambda block: block[0].start):
         parts += [identity(part.start - at), T]

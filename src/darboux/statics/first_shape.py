@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 from darboux import checks, frames
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
-from darboux.kernels import framed_curve as kernel
+from darboux.kernels.rod_equations import BINV, K0
+from darboux.packing.laying import shape_of
+from darboux.packing.problem import Packing
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution
-from darboux.statics.coefficients import Scale
 
 Array = NDArray[np.float64]
 
-STEPS = 1000  # over which a shape is laid out
 SAMPLES = 129  # of a curve that is drawn
 
 
@@ -53,21 +54,7 @@ class FirstShape:
         return self.r + r @ R.T, frames.product(np.broadcast_to(self.q, q.shape), q)
 
 
-def shape_of(k: Callable[[Array], Array], x: Array) -> tuple[Array, Array]:
-    """Return places (n, 3) and quaternions (n, 4) at x (n,) of a curve that leaves the origin with d_i = e_i.
-
-    The frame turns by the mean of k over short steps; the places follow by Simpson's rule. Only a first guess.
-    """
-    steps = np.unique(np.concatenate([x, np.linspace(0.0, 1.0, STEPS + 1)]))
-    fine = np.empty(2 * len(steps) - 1)
-    fine[::2], fine[1::2] = steps, 0.5 * (steps[1:] + steps[:-1])
-    r, q = np.empty((len(steps), 3)), np.empty((len(steps), 4))
-    kernel.lay_out(np.diff(fine), k(0.5 * (fine[1:] + fine[:-1])).ravel(), r.ravel(), q.ravel())
-    at = np.searchsorted(steps, x)
-    return r[at], q[at]
-
-
-def circle(ring: Equilibrium, link: float, scale: Scale) -> FirstShape:
+def circle(ring: Packing, link: float) -> FirstShape:
     """Return the round ring: its sections turn evenly about the centreline, by the link in turns over the whole length.
 
         k = 2 pi (cos(phi - 2 pi link x), sin(phi - 2 pi link x), link),    x = s / L
@@ -75,23 +62,22 @@ def circle(ring: Equilibrium, link: float, scale: Scale) -> FirstShape:
     It bends to the side to which the natural shape bends, or about the softer axis at the start.
     """
     x: Array = (np.arange(256, dtype=float) + 0.5) / 256.0
-    k0, stiffness = ring.rod.k0(x * scale.length), ring.rod.stiffness(x * scale.length)
+    c = ring.columns(x)
     turned = frames.turn * link * x
-    mean = np.mean((k0[:, 0] + 1j * k0[:, 1]) * np.exp(1j * turned))
-    softer = 0.0 if np.mean(stiffness.EI1) <= np.mean(stiffness.EI2) else 0.5 * np.pi
-    phi = float(np.angle(mean)) if abs(mean) * scale.length > 1e-9 else softer
+    mean = np.mean((c[:, K0] + 1j * c[:, K0 + 1]) * np.exp(1j * turned))
+    softer = 0.0 if np.mean(1.0 / c[:, BINV]) <= np.mean(1.0 / c[:, BINV + 1]) else 0.5 * np.pi
+    phi = float(np.angle(mean)) if abs(mean) > 1e-9 else softer
 
     def k(x: Array) -> Array:
         angle = phi - frames.turn * link * x
         return frames.turn * np.stack([np.cos(angle), np.sin(angle), np.full_like(x, link)], axis=1)
 
-    place = (np.array(ring.start.position) - scale.origin) / scale.length
-    return FirstShape(k, place, frames.quaternion_of_matrix(ring.start.R))
+    return FirstShape(k, ring.start.place, frames.quaternion_of_matrix(ring.start.frame))
 
 
 def of_problem(problem: Equilibrium) -> FirstShape | None:
     """Return the circle for a ring; None where the path begins with the natural shape."""
-    return None if problem.link is None else circle(problem, problem.link, Scale.of(problem))
+    return None if problem.link is None else circle(Packing(problem), problem.link)
 
 
 def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
@@ -118,17 +104,17 @@ def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
 
     tangents = np.asarray(CubicSpline(along / along[-1], points)(x, 1))
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    return untwisted(problem, x, tangents, (points[0] - scale.origin) / scale.length)
+    return untwisted(Packing(problem), x, tangents, (points[0] - scale.origin) / scale.length)
 
 
-def untwisted(problem: Equilibrium, x: Array, tangents: Array, r: Array) -> FirstShape:
+def untwisted(packing: Packing, x: Array, tangents: Array, r: Array) -> FirstShape:
     """Return the shape from r on with unit tangents (n, 3) at x (n,), with the least twist that the ends' frames ask for."""
-    R0 = problem.start.R if any(problem.start.held_rotation) else np.eye(3)
-    q = _carried(frames.quaternion_of_matrix(R0), tangents)
-    if any(problem.end.held_rotation):  # the least twist that meets the frame at the end
-        missing = frames.product(q[-1] * (1, -1, -1, -1), frames.quaternion_of_matrix(problem.end.R))
+    start, end = packing.ends
+    q = _carried(frames.quaternion_of_matrix(start.frame if any(start.held_turns) else np.eye(3)), tangents)
+    if any(end.held_turns):  # the least twist that meets the frame at the end
+        missing = frames.product(q[-1] * (1, -1, -1, -1), frames.quaternion_of_matrix(end.frame))
         angle = 2.0 * np.arctan2(missing[3], missing[0])
-        angle = (angle + np.pi) % (2.0 * np.pi) - np.pi + problem.end.twist
+        angle = (angle + np.pi) % (2.0 * np.pi) - np.pi + end.twist
         spin = np.stack([np.cos(0.5 * angle * x), 0.0 * x, 0.0 * x, np.sin(0.5 * angle * x)], axis=1)
         q = frames.product(q, spin)
     return _of_frames(x, r, q)

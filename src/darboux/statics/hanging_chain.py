@@ -18,10 +18,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.loads import Distributed
+from darboux.kernels.rod_equations import DEAD_FORCE, FOLLOWER_FORCE, FORCE_GRADIENT, SINV
+from darboux.packing.coefficients import HEAVY
+from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
 from darboux.statics import first_shape
-from darboux.statics.coefficients import HEAVY, Scale
 from darboux.statics.first_shape import FirstShape
 
 Array = NDArray[np.float64]
@@ -31,44 +32,43 @@ TAUT = 1.0 - 1e-6  # of the length: at a longer chord the chain is a straight li
 PLACES = 129  # of a span
 MOST_ITERATIONS = 200
 BOW, MOST_TURNS, SETTLED = 0.2, 60, 1e-3  # of the length: the bow, the turns taken, and the change that is left
+ON_AXIS = 1e-9  # of the length: a first support closer to the axis of such a load than this lies on it
 SHORTEST_LINE = 2.0**-30
 
 
 def hung(problem: Equilibrium) -> FirstShape | None:
     """Return the shape of the chain that hangs between the rod's supports under its dead loads; None where it is no cable."""
-    scale = Scale.of(problem)
-    supports = sorted(problem.supports, key=lambda pair: pair[0])
-    places = np.array([s / scale.length for s, _ in supports])
-    held = all(all(support.held_displacement) for _, support in supports)
-    if not held or places[0] > 0.0 or places[-1] < 1.0 or problem.of_shape or problem.closed:
+    if problem.of_shape or problem.closed:
         return None
-    chords = np.diff([np.array(support.position) / scale.length for _, support in supports], axis=0)
+    packing = Packing(problem)
+    places, supports = np.array([x for x, _ in packing.supports]), [support for _, support in packing.supports]
+    held = all(all(support.held_places) for support in supports)
+    if not held or places[0] > 0.0 or places[-1] < 1.0:
+        return None
+    chords = np.diff([support.place for support in supports], axis=0)
     if np.any(np.linalg.norm(chords, axis=1) > TAUT * np.diff(places)):
         return None
     x = np.linspace(places[:-1], places[1:], PLACES, axis=1)  # (spans, PLACES)
-    first = np.array([(np.array(support.position) - scale.origin) / scale.length for _, support in supports[:-1]])
-    s = x.ravel() * scale.length
-    soft = (problem.rod.compliance(s)[:, 2, 2] * scale.force).reshape(x.shape)
-    spans = _spans(problem.distributed(s), scale, x, first, chords, soft)
+    first = np.array([support.place for support in supports[:-1]])
+    spans = _spans(packing.columns(x.ravel()).reshape(*x.shape, -1), x, first, chords)
     if spans is None:
         return None
     t, heavy = spans
     tangents = [span[min(i, 1) :] for i, span in enumerate(t)]  # one where two spans meet
     along = np.concatenate([span[min(i, 1) :] for i, span in enumerate(x)])
-    shape = first_shape.untwisted(problem, along, np.concatenate(tangents), first[0])
+    shape = first_shape.untwisted(packing, along, np.concatenate(tangents), first[0])
     layer = 2.0 ** np.arange(np.floor(np.log2(heavy**-0.5)), -2.0)  # where the supports' directions die away
     layers = np.concatenate([place + sign * layer for place in places for sign in (1.0, -1.0)])
     return replace(shape, layers=tuple(np.unique(layers[(layers > 0.0) & (layers < 1.0)])))
 
 
-def _spans(
-    loads: Distributed, scale: Scale, x: Array, first: Array, chords: Array, soft: Array
-) -> tuple[Array, float] | None:
+def _spans(c: Array, x: Array, first: Array, chords: Array) -> tuple[Array, float] | None:
     """Return the tangents (spans, PLACES, 3) and the mean load per length; None where it is light, or draws the rod back.
 
     A load that grows with r, as that of a skipping rope, is that of the chain which it makes, found by turns from a bow.
     """
-    a, C = loads.a.reshape(*x.shape, 3), loads.C.reshape(*x.shape, 3, 3)
+    a, C = c[..., DEAD_FORCE:FORCE_GRADIENT], c[..., FORCE_GRADIENT:FOLLOWER_FORCE].reshape(*x.shape, 3, 3)
+    soft = c[..., SINV + 2]
     part = (x - x[:, :1]) / np.ptp(x, axis=1)[:, None]
     r = first[:, None] + part[:, :, None] * chords[:, None]
     values, axes = np.linalg.eigh(np.mean(C, axis=(0, 1)))
@@ -77,10 +77,11 @@ def _spans(
     if values[-1] > 0.0:
         most = axes[:, values > 0.99 * values[-1]]
         along = most @ most.T @ np.mean(a, axis=(0, 1))  # to the side to which the dead loads pull
-        side = along / np.linalg.norm(along) if np.any(along) else axes[:, -1]
+        size = float(np.linalg.norm(along))
+        side = along / size if size > ON_AXIS * values[-1] else axes[:, -1]
         r = r + BOW * np.sin(np.pi * part)[:, :, None] * side
     for _ in range(MOST_TURNS):
-        f = (a + np.einsum("spij,spj->spi", C, scale.origin + scale.length * r)) * (scale.length / scale.force)
+        f = a + np.einsum("spij,spj->spi", C, r)
         heavy = float(np.mean(np.linalg.norm(f, axis=2)))
         if heavy < HEAVY:
             return None

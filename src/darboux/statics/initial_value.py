@@ -16,13 +16,13 @@ from darboux import checks, frames
 from darboux.checks import checked_call
 from darboux.errors import InvalidInput
 from darboux.kernels.jit import announced
-from darboux.kernels.rod_equations import FORCE, MOMENT
+from darboux.kernels.rod_equations import BINV, FORCE, K0, MOMENT
 from darboux.loads import EndForce, EndMoment
+from darboux.packing.cells import symmetric
+from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
 from darboux.rod import Rod
 from darboux.solution import EquilibriumSolution, Status
-from darboux.statics import coefficients
-from darboux.statics.coefficients import Scale
 from darboux.statics.steps import accepted_steps, joined
 from darboux.supports import Clamped
 
@@ -67,12 +67,13 @@ def integrate(
         raise InvalidInput(
             "integrate can't state a section that couples bending and twist with stretch or shear; solve an Equilibrium instead."
         )
-    scale = Scale.of(problem)
-    table = coefficients.table(problem, scale)
-    B = np.linalg.inv(rod.compliance(np.zeros(1))[0, 3:, 3:])
-    moment = clamp.R @ (B @ (checks.array("integrate.k", k, (3,), "1/m") - rod.k0(np.zeros(1))[0]))
-    force = checks.array("integrate.n", n, (3,), "N")
-    y0 = np.concatenate([np.zeros(3), frames.quaternion_of_matrix(clamp.R), force / scale.force, moment / scale.moment])
+    packing = Packing(problem)
+    scale, table, R = packing.scale, packing.table, packing.start.frame
+    c = packing.columns(np.zeros(1))
+    strain = checks.array("integrate.k", k, (3,), "1/m") * scale.length - c[0, K0 : K0 + 3]
+    moment = R @ np.linalg.solve(symmetric(c[:, BINV : BINV + 6])[0], strain)
+    force = checks.array("integrate.n", n, (3,), "N") / scale.force
+    y0 = np.concatenate([np.zeros(3), frames.quaternion_of_matrix(R), force, moment])
 
     began = time.perf_counter()
     data = (table.breaks, table.coefficients.ravel(), table.degree)
@@ -86,7 +87,7 @@ def integrate(
         )
         x, y, dy = (np.concatenate([part, part[-1:]]) for part in (x, y, dy))
         x[-1] = 1.0  # beyond the stop the last state is kept
-    curve = scale.curve(*joined(x, y, dy, table.breaks if problem.dense else np.array(problem.breaks) / rod.length))
+    curve = scale.curve(*joined(x, y, dy, table.breaks if problem.dense else packing.breaks))
     ends = [EndForce(curve.y[-1, FORCE:MOMENT]), EndMoment(curve.y[-1, MOMENT:])]
     solution = EquilibriumSolution(
         dataclasses.replace(problem, loads=(*problem.loads, *ends)),
@@ -94,7 +95,7 @@ def integrate(
         rod.model,
         status,
         curve,
-        elastic_parts=coefficients.elastic_parts(problem, table, curve, scale),
+        elastic_parts=packing.elastic_parts(curve),
         statistics={"seconds": time.perf_counter() - began, "steps": len(curve.s) - 1},
     )
     return solution.check() if throw else solution

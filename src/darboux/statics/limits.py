@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from darboux import frames
 from darboux.curve import gauss_points
 from darboux.problem import Equilibrium
+from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
@@ -140,11 +141,15 @@ def too_many_turns(problem: Equilibrium, method: str, most: float) -> str | None
     )
 
 
+def turns(support: Support) -> bool:
+    """Return whether a support turns with the section, or holds it from turning, as a vertex, which has no frame, can't."""
+    return any(support.held_rotation) or support.rotational is not None or support.sliding == "section"
+
+
 def beyond_nodes(problem: Equilibrium, method: str) -> str | None:
     """Return why a method whose unknowns are vertices and edges can't state a problem, or None."""
     for s, support in problem.between:
-        turning = any(support.held_rotation) or support.rotational is not None
-        if turning or support.sliding == "section":
+        if turns(support):
             return (
                 f"the {type(support).__name__} at s = {s:g} m turns with the section or holds it from turning, but {method} "
                 "holds a vertex there, which has no frame; use Collocation."

@@ -22,13 +22,13 @@ from darboux.errors import InvalidInput
 from darboux.kernels import dormand_prince
 from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, SINV, STATES
 from darboux.kernels.stability import COMPLIANCE
+from darboux.packing.ends import EndConditions
+from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status
-from darboux.statics import coefficients, limits, load_path, stability
-from darboux.statics.coefficients import Scale
+from darboux.statics import limits, load_path, stability
 from darboux.statics.mesh import size, units
 from darboux.statics.steps import MOST_STEPS, Data, accepted_steps, joined
-from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
@@ -139,7 +139,7 @@ class Shooting:
             load_factor=path.load_factor,
             index=path.index,
             error=ErrorEstimate(error),
-            elastic_parts=coefficients.elastic_parts(problem, pieces.table, curve, pieces.scale),
+            elastic_parts=pieces.packing.elastic_parts(curve),
             statistics={
                 "seconds": time.perf_counter() - began,
                 "pieces": len(nodes.x) - 1,
@@ -185,22 +185,21 @@ class _Pieces:
 
     def __init__(self, problem: Equilibrium, pieces: int) -> None:
         self.problem = problem
-        self.scale = Scale.of(problem)
-        self.table = coefficients.table(problem, self.scale)
+        self.packing = Packing(problem)
+        self.scale, self.table = self.packing.scale, self.packing.table
+        self.start, self.end = self.packing.ends
         self.first = np.linspace(0.0, 1.0, pieces + 1)
-        both = problem.start.holds and problem.end.holds
-        self.slack = self.table.lent(SLACK, problem) if both else 0.0
-        self.has_potential = stability.has_potential(problem)
+        self.slack = self.packing.lent(SLACK)
+        self.law = self.table.law(self.slack, None)
+        self.has_potential = self.packing.has_potential
         softest = float(np.max(np.abs(self.table.coefficients[:, 0, SINV : SINV + 3])))
         self.rounding = ROUNDING_STRAIN / softest if softest > 0.0 else 0.0  # of n: what a rounded place makes of EA
-        self.poses = {at: self._posed(support) for at, support in (("start", problem.start), ("end", problem.end))}
-        self.loads = {at: problem.end_load(at) for at in ("start", "end")}
 
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
     def unloaded(self) -> _Nodes:
         """Return the natural shape, laid against the support that holds it."""
-        held, place = (self.problem.start, 0) if self.problem.start.holds else (self.problem.end, -1)
+        held, place = (self.start, 0) if self.start.holds else (self.end, -1)
         y0 = np.zeros(STATES)
         y0[ROTATION] = 1.0
         y = np.empty((len(self.first), STATES))
@@ -209,51 +208,39 @@ class _Pieces:
         if code != 0:
             raise InvalidInput("rod.natural winds so often that its shape can't be integrated; check its unit, 1/m.")
         R = frames.matrix_of_quaternion(y[:, ROTATION:FORCE])
-        turn = held.R @ R[place].T
+        turn = held.frame @ R[place].T
         y[:, ROTATION:FORCE] = frames.same_sign(frames.quaternion_of_matrix(turn @ R))
         y[:, :3] = (y[:, :3] - y[place, :3]) @ turn.T
-        self.natural_end = y[-1].copy()
+        if self.start.holds and self.end.holds:
+            self.end.grow_from(y[-1])
         return _Nodes(self.first, y)
 
     def _data(self, load_factor: float, compliance: float = 0.0) -> Data:
-        slack = max(self.slack * (1.0 - load_factor), 0.0 if self.problem.rod.stretch else compliance)
-        table = self.table.loaded(load_factor, slack)
-        return table.breaks, table.coefficients.ravel(), table.degree
+        """Return the coefficients at a load factor, where an inextensible rod has the ``compliance`` of stretch at least."""
+        base, rate = self.law
+        c, lent = base + load_factor * rate, self.slack * (1.0 - load_factor)
+        if not self.problem.rod.stretch:
+            c[:, 0, SINV + 2] += max(compliance - lent, 0.0)
+        return self.table.breaks, c.ravel(), self.table.degree
 
     # -- the end conditions, as conjugate pairs ------------------------------------------------------------------
 
-    def _posed(self, support: Support) -> tuple[Array, Array]:
-        position = (np.array(support.position) - self.scale.origin) / self.scale.length
-        return position, frames.quaternion_of_matrix(support.R)
-
-    def _pose(self, at: str, load_factor: float) -> tuple[Array, Array]:
-        """Return position and quaternion that a support prescribes; an end pose grows from that of the natural shape."""
-        position, q = self.poses[at]
-        if at == "end" and self.problem.start.holds:
-            natural = self.natural_end
-            position = (1.0 - load_factor) * natural[:3] + load_factor * position
-            q = frames.between(natural[ROTATION:FORCE], q, load_factor)
-        return position, q
-
-    def _end_rows(self, at: str, y: Array, load_factor: float) -> tuple[Array, Array]:
+    def _end_rows(self, at: EndConditions, y: Array, load_factor: float) -> tuple[Array, Array]:
         """Return six conditions on the state at an end, and their derivative (6, 13): displacement or force, turn or moment."""
-        support = getattr(self.problem, at)
-        position, q = self._pose(at, load_factor)
-        outward = 1.0 if at == "end" else -1.0
-        load = self.loads[at]
-        force = outward * load_factor * load.force / self.scale.force
-        here, unit = y[ROTATION:FORCE], outward * load_factor / self.scale.moment
+        position, q = at.pose(load_factor)
+        here, factor = y[ROTATION:FORCE], load_factor * at.outward
         R = frames.matrix_of_quaternion(here)
-        moment, by_q = unit * load.moment_at(R), unit * load.moment_by_turn(R) @ _turn_matrix(here) / (here @ here)
+        force, moment = factor * at.load.force, factor * at.load.moment_at(R)
+        by_q = factor * at.load.moment_by_turn(R) @ _turn_matrix(here) / (here @ here)
         turn = _turn_matrix(q)
         turn = turn if float(q @ here) >= 0.0 else -turn
         rows, values = np.zeros((6, STATES)), np.empty(6)
         for i in range(3):
-            if support.held_displacement[i]:
+            if at.held_places[i]:
                 rows[i, POSITION + i], values[i] = 1.0, y[POSITION + i] - position[i]
             else:
                 rows[i, FORCE + i], values[i] = 1.0, y[FORCE + i] - force[i]
-            if support.held_rotation[i]:
+            if at.held_turns[i]:
                 rows[3 + i, ROTATION:FORCE], values[3 + i] = turn[i], turn[i] @ here
             else:
                 rows[3 + i, MOMENT + i], values[3 + i] = 1.0, y[MOMENT + i] - moment[i]
@@ -283,8 +270,8 @@ class _Pieces:
             )
             if code != 0:
                 return None
-        start, A0 = self._end_rows("start", nodes.y[0], load_factor)
-        end, Am = self._end_rows("end", nodes.y[-1], load_factor)
+        start, A0 = self._end_rows(self.start, nodes.y[0], load_factor)
+        end, Am = self._end_rows(self.end, nodes.y[-1], load_factor)
         q = nodes.y[0, ROTATION:FORCE]
         norm = np.zeros((1, STATES))
         norm[0, ROTATION:FORCE] = 2.0 * q
@@ -345,15 +332,7 @@ class _Pieces:
             )
             if code != 0:
                 return None
-        held = {}
-        for i, at in ((0, "start"), (len(transfer), "end")):
-            by_turn = self.loads[at].moment_by_turn(frames.matrix_of_quaternion(state.y[i, _Q]))
-            stiffness, motions, support = np.zeros((6, 6)), np.zeros((6, 6)), getattr(self.problem, at)
-            stiffness[3:, 3:] = -0.5 * (by_turn + by_turn.T) * (load_factor / self.scale.moment)
-            free = ~np.array([*support.held_displacement, *support.held_rotation])
-            count = int(np.count_nonzero(free))
-            motions[:, :count] = np.eye(6)[:, free]
-            held[i] = stability.Held(motions, count, stiffness)
+        held = {i: at.held(state.y[i], load_factor) for i, at in ((0, self.start), (len(transfer), self.end))}
         moments = state.y[:-1, MOMENT:], state.y[1:, MOMENT:]
         return stability.second_variation(_by_turns(transfer, state.y), state.x, moments, held, force).index
 
@@ -408,7 +387,7 @@ class _Pieces:
             accepted_steps(nodes.y[i], nodes.x[i], nodes.x[i + 1], data, rtol)[:3] for i in range(len(nodes.x) - 1)
         ]
         x, y, dy = (np.concatenate(part) for part in zip(*parts, strict=True))
-        knots = self.table.breaks if self.problem.dense else np.array(self.problem.breaks) / self.scale.length
+        knots = self.table.breaks if self.problem.dense else self.packing.breaks
         return self.scale.curve(*joined(x, y, dy, knots))
 
 

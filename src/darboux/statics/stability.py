@@ -12,7 +12,6 @@ a compliance of stretch, so that a straight one between two supports has a force
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from darboux.kernels import second_variation as kernel
 from darboux.kernels.inertia import BLOCK
 from darboux.kernels.stability import FOUNDATION
-from darboux.problem import Equilibrium
+from darboux.packing.ends import Held
 
 Array = NDArray[np.float64]
 
@@ -33,23 +32,6 @@ CLOSE = 1e-3  # relative: how well the lowest eigenvalue is found
 BESIDE, APART = 1.05, 100.0
 ITERATIONS = 12  # of a pair of modes
 REACH = BLOCK - 1  # half-bandwidth of the whole matrix
-
-
-def has_potential(problem: Equilibrium) -> bool:
-    """Return whether all loads have a potential: couples, moments, followers and functions of the shape have none in 3-D."""
-    s = np.linspace(0.0, problem.rod.length, 33)
-    loads = problem.distributed(s)
-    ends = [problem.end_load("start"), problem.end_load("end"), *problem.points.values()]
-    without = [part for end in ends for part in (end.moment, end.section_force, end.section_moment)]
-    return not problem.of_shape and not any(np.any(part) for part in (loads.b, loads.la, loads.lb, *without))
-
-
-class Held(NamedTuple):
-    """What holds a node: its free motions as the first ``free`` columns of (6, 6), and the stiffness (6, 6) of its springs."""
-
-    motions: Array
-    free: int
-    stiffness: Array
 
 
 @dataclass(frozen=True)

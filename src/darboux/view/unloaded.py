@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
+from darboux.packing.laying import placed
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 from darboux.statics import first_shape
-from darboux.statics.coefficients import Scale
-from darboux.statics.laying import placed
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.curve import Curve
+from darboux.dynamics.limits import refuses
 from darboux.dynamics.simulate import simulate
-from darboux.dynamics.system import refuses
 from darboux.dynamics.tr_bdf2 import TRBDF2
 from darboux.errors import InvalidInput
 from darboux.motion import MassDamping, Motion

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from darboux import frames
 from darboux.natural import smallest_rotation
+from darboux.packing.laying import laid, placed
 from darboux.problem import Equilibrium
-from darboux.statics.laying import laid, placed
 from darboux.supports import Support
 
 Array = NDArray[np.float64]

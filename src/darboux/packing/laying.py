@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
+from darboux.kernels import framed_curve as kernel
 from darboux.natural import smallest_rotation
 from darboux.problem import Equilibrium
-from darboux.statics.first_shape import shape_of
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
+
+STEPS = 1000  # over which a shape is laid out
 
 
 def laid(problem: Equilibrium) -> tuple[Support, float, Array]:
@@ -48,3 +52,17 @@ def placed(problem: Equilibrium, s: Array) -> tuple[Array, Array]:
     straight = chord / length if length > 0.0 else np.array([0.0, 0.0, 1.0])  # of a rod that is closed by nature
     turn = lie @ R[-1].T if lie.ndim == 2 else smallest_rotation(straight, lie)
     return np.array(support.position) + L * (r[2:-1] - r[-1]) @ turn.T, turn @ R[2:-1]
+
+
+def shape_of(k: Callable[[Array], Array], x: Array) -> tuple[Array, Array]:
+    """Return places (n, 3) and quaternions (n, 4) at x (n,) of a curve that leaves the origin with d_i = e_i.
+
+    The frame turns by the mean of k over short steps; the places follow by Simpson's rule. Only a first guess.
+    """
+    steps = np.unique(np.concatenate([x, np.linspace(0.0, 1.0, STEPS + 1)]))
+    fine = np.empty(2 * len(steps) - 1)
+    fine[::2], fine[1::2] = steps, 0.5 * (steps[1:] + steps[:-1])
+    r, q = np.empty((len(steps), 3)), np.empty((len(steps), 4))
+    kernel.lay_out(np.diff(fine), k(0.5 * (fine[1:] + fine[:-1])).ravel(), r.ravel(), q.ravel())
+    at = np.searchsorted(steps, x)
+    return r[at], q[at]

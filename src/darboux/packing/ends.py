@@ -7,6 +7,8 @@ acts there. With n and m replaced by n- - n+ and m- - m+ its conditions are thos
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,8 +17,8 @@ from darboux.kernels import support as kernel
 from darboux.kernels.rod_equations import FORCE, ROTATION
 from darboux.kernels.support import CONDITIONS, ROW
 from darboux.loads import EndLoad
-from darboux.statics.coefficients import Scale
-from darboux.statics.stability import Held
+from darboux.packing.loads import at_place
+from darboux.packing.scale import Scale
 from darboux.supports import Support
 
 Array = NDArray[np.float64]
@@ -24,28 +26,43 @@ Array = NDArray[np.float64]
 TURN = slice(3, 6)  # the small rotation among the unknowns
 
 
+class Held(NamedTuple):
+    """What holds a node: its free motions as the first ``free`` columns of (6, 6), and the stiffness (6, 6) of its springs."""
+
+    motions: Array
+    free: int
+    stiffness: Array
+
+
 class EndConditions:
     """The six conditions of a support and its loads, dimensionless; prescribed poses and loads grow with the load factor.
 
-    ``outward`` is 1 at the end and at a station, -1 at the start.
+    ``outward`` is 1 at the end and at a station, -1 at the start. ``held_places`` (3,) says which displacements are prescribed,
+    along ``place_axes``, ``held_turns`` (3,) which rotations, about ``turn_axes``; ``groove`` whether the former turn with the
+    section; ``place`` (3,) and ``frame`` (3, 3) the pose at full load, before the ``twist``; ``load`` what acts there.
     """
 
     def __init__(self, support: Support, load: EndLoad, outward: float, scale: Scale) -> None:
-        self.support, self.load, self.scale = support, load, scale
-        place, q = (np.array(support.position) - scale.origin) / scale.length, frames.quaternion_of_matrix(support.R)
-        self.way = np.concatenate([place, q, place, q, [support.twist]])  # of the pose, from load factor 0 to 1
+        self.support, self.load, self.outward = support, at_place(load, scale), outward
+        self.held_places, self.held_turns = np.array(support.held_displacement), np.array(support.held_rotation)
+        self.place_axes, self.turn_axes = support.displacement_axes, support.rotation_axes  # (3, 3), as columns
+        self.place, self.frame = (np.array(support.position) - scale.origin) / scale.length, support.R
+        self.groove, self.twist = support.sliding == "section", support.twist
+        q = frames.quaternion_of_matrix(self.frame)
+        self.way = np.concatenate(
+            [self.place, q, self.place, q, [support.twist]]
+        )  # of the pose, from load factor 0 to 1
         zero = np.zeros((3, 3))
         linear = zero if support.linear is None else np.array(support.linear) * scale.length / scale.force
         rotational = zero if support.rotational is None else np.array(support.rotational) / scale.moment
         self.stiffness = np.block(
             [[linear, zero], [zero, rotational]]
         )  # of the springs, for (dr, theta), small rotations
-        groove, sprung = support.sliding == "section", support.rotational is not None
-        flags = [outward, *support.held_displacement, *support.held_rotation, groove, sprung]
-        axes = [support.displacement_axes.T.ravel(), support.rotation_axes.T.ravel()]
-        loads = [load.force / scale.force, load.moment / scale.moment]
-        loads += [load.section_force / scale.force, load.section_moment / scale.moment]
-        loads.append(load.eccentric.T.ravel() / scale.moment)
+        self.sprung = support.linear is not None, support.rotational is not None  # places, turns
+        flags = [outward, *self.held_places, *self.held_turns, self.groove, self.sprung[1]]
+        axes = [self.place_axes.T.ravel(), self.turn_axes.T.ravel()]
+        own = self.load
+        loads = [own.force, own.moment, own.section_force, own.section_moment, own.eccentric.T.ravel()]
         parts = [np.array(flags, dtype=float), *axes, linear.ravel(), rotational.ravel(), *loads]
         self._numbers = np.concatenate([*parts, np.zeros(kernel.NUMBERS - kernel.PLACE)])
         self._posed = np.nan  # the load factor of the pose among the numbers
@@ -71,6 +88,26 @@ class EndConditions:
         """Return the position (3,) and the quaternion (4,) that the support prescribes."""
         pose = self.numbers(load_factor)[kernel.PLACE : kernel.PLACE_RATE].copy()
         return pose[:3], pose[3:]
+
+    @property
+    def held_axes(self) -> Array:
+        """The axes (k, 3) along which displacements are prescribed, as rows."""
+        return np.asarray(self.place_axes.T[self.held_places])
+
+    @property
+    def holds(self) -> bool:
+        """True where a displacement or a rotation is prescribed, or tied by a spring."""
+        return bool(np.any(self.held_places) or np.any(self.held_turns) or any(self.sprung))
+
+    @property
+    def loaded(self) -> bool:
+        """True where a load acts."""
+        return any(np.any(part) for part in vars(self.load).values())
+
+    @property
+    def clamps(self) -> bool:
+        """True where all displacements and rotations are prescribed."""
+        return bool(np.all(self.held_places) and np.all(self.held_turns))
 
     @property
     def grows(self) -> bool:

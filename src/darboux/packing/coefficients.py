@@ -1,7 +1,6 @@
-"""A problem in the numbers that the kernels read: dimensionless, as piecewise polynomials of s.
+"""The coefficients c(s) of the rod equations: a problem's stiffness, natural shape and loads, dimensionless.
 
-Lengths are divided by the rod's length L, forces by EI / L^2 and moments by EI / L with a mean bending stiffness EI,
-so that a micrometre filament and a kilometre of cable give the same numbers. Positions count from a held end.
+At any points, and as piecewise polynomials of s, which are affine in the load factor.
 """
 
 from __future__ import annotations
@@ -26,18 +25,16 @@ from darboux.kernels.rod_equations import (
     BINV,
     COUPLED_WIDTH,
     COUPLING,
-    DEAD_FORCE,
-    DEAD_MOMENT,
-    FOLLOWER_FORCE,
-    FOLLOWER_MOMENT,
     FORCE,
-    FORCE_GRADIENT,
     K0,
     MOMENT,
     ROTATION,
     SINV,
     WIDTH,
 )
+from darboux.packing.cells import six
+from darboux.packing.loads import LOADS, per_length
+from darboux.packing.scale import Scale
 from darboux.problem import Equilibrium
 
 Array = NDArray[np.float64]
@@ -56,48 +53,9 @@ CURVED, MOST_QUADRATURE = (
     1e-4,
     1_000_000,
 )  # of a column, between Gauss' points, from which on it is sampled twice as closely
-PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # the order in which symmetric matrices are stored
 CLOSEST = 1e-9  # of L, between a break and a knot of a shape
 NO_KNOTS: Array = np.empty(0)
 HEAVY = 1e3  # of EI / L^3: weight per length from which on a rod between two supports is a cable
-LOADS = slice(DEAD_FORCE, WIDTH)  # the columns that grow with the load factor
-
-
-@dataclass(frozen=True)
-class Scale:
-    """The units of the dimensionless numbers and the origin (3,) of the positions."""
-
-    length: float
-    force: float
-    moment: float
-    origin: Array
-
-    @classmethod
-    def of(cls, problem: Equilibrium) -> Scale:
-        """Return the scale of a problem: its length, its mean bending stiffness, its first held end."""
-        L = problem.rod.length
-        stiffness = problem.rod.stiffness(np.linspace(0.0, L, 1 if problem.rod.uniform else 17))
-        EI = float(np.exp(np.mean(np.log(stiffness.EI1) + np.log(stiffness.EI2)) / 2.0))
-        _, held = problem.supports[0]
-        return cls(L, EI / L**2, EI / L, np.array(held.position))
-
-    def states(self, curve: Curve, x: Array) -> Array:
-        """Return the dimensionless states (n, 13) of a curve in SI units at x (n,), from 0 to 1 along its own length."""
-        y = curve(x * curve.s[-1])
-        y[:, :ROTATION] = (y[:, :ROTATION] - self.origin) / self.length
-        y[:, FORCE:MOMENT] /= self.force
-        y[:, MOMENT:] /= self.moment
-        return y
-
-    def curve(self, x: Array, y: Array, dy: Array) -> Curve:
-        """Return dimensionless states y (n, 13) at x (n,), with their slopes dy / dx, in SI units."""
-        unit = np.repeat([self.length, 1.0, self.force, self.moment], [3, 4, 3, 3])
-        states, slopes = y * unit, dy * unit / self.length
-        norm = np.linalg.norm(states[:, ROTATION:FORCE], axis=1, keepdims=True)
-        states[:, ROTATION:FORCE] /= norm
-        slopes[:, ROTATION:FORCE] /= norm
-        states[:, :ROTATION] += self.origin
-        return Curve(x * self.length, states, slopes)
 
 
 @dataclass(frozen=True)
@@ -186,12 +144,31 @@ class Table:
         softest = float(np.max(np.abs(self.coefficients[:, 0, SINV : SINV + 3])))
         return slack if not problem.rod.stretch or (softest < slack and is_pushed(problem)) else 0.0
 
-    def loaded(self, load_factor: float, slack: float = 0.0) -> Table:
-        """Return the table with the loads scaled, and a small compliance of stretch added where ``slack`` says so."""
-        scaled = self.coefficients.copy()
-        scaled[:, :, LOADS] *= load_factor
-        scaled[:, 0, SINV + 2] += slack
-        return dataclasses.replace(self, coefficients=scaled)
+
+@dataclass(eq=False)
+class Law:
+    """The coefficients c + lambda c' of a rod between ``breaks``: ``base`` c and ``rate`` c' (p, degree + 1, columns)."""
+
+    breaks: Array
+    base: Array
+    rate: Array
+    _last: tuple[float, Array] = (np.nan, np.empty(0))
+
+    @property
+    def degree(self) -> int:
+        """The degree of the polynomials."""
+        return int(self.base.shape[1]) - 1
+
+    def table(self, load_factor: float) -> Table:
+        """Return the coefficients at a load factor."""
+        if self._last[0] != load_factor:
+            self._last = load_factor, self.base + load_factor * self.rate
+        return Table(self.breaks, self._last[1])
+
+    def at(self, load_factor: float) -> tuple[Profile, Profile]:
+        """Return them, and their derivatives by it, as the kernels take them."""
+        now = self.table(load_factor).coefficients
+        return Profile(self.breaks, now.ravel(), self.degree), Profile(self.breaks, self.rate.ravel(), self.degree)
 
 
 def is_pushed(problem: Equilibrium) -> bool:
@@ -211,16 +188,11 @@ def columns(problem: Equilibrium, scale: Scale, x: Array) -> Array:
     s = x * scale.length
     L, force, moment = scale.length, scale.force, scale.moment
     C = problem.rod.compliance(s)
-    loads = problem.distributed(s)
     result = np.empty((len(x), COUPLED_WIDTH if problem.rod.coupled else WIDTH))
-    result[:, BINV : BINV + 6] = np.stack([C[:, 3 + i, 3 + j] for i, j in PAIRS], axis=1) * (moment * L)
-    result[:, SINV : SINV + 6] = np.stack([C[:, i, j] for i, j in PAIRS], axis=1) * force
+    result[:, BINV : BINV + 6] = six(C[:, 3:, 3:]) * (moment * L)
+    result[:, SINV : SINV + 6] = six(C[:, :3, :3]) * force
     result[:, K0 : K0 + 3] = problem.rod.k0(s) * L
-    result[:, DEAD_FORCE : DEAD_FORCE + 3] = (loads.a + np.einsum("nij,j->ni", loads.C, scale.origin)) * (L / force)
-    result[:, FORCE_GRADIENT : FORCE_GRADIENT + 9] = loads.C.reshape(len(x), 9) * (L**2 / force)
-    result[:, FOLLOWER_FORCE : FOLLOWER_FORCE + 3] = loads.b * (L / force)
-    result[:, DEAD_MOMENT : DEAD_MOMENT + 3] = loads.la * (L / moment)
-    result[:, FOLLOWER_MOMENT : FOLLOWER_MOMENT + 3] = loads.lb * (L / moment)
+    result[:, LOADS] = per_length(problem.distributed(s), scale)
     if problem.rod.coupled:
         result[:, COUPLING : COUPLING + 9] = C[:, 3:, :3].reshape(-1, 9) * moment
     return result

@@ -1,0 +1,1 @@
+"""One place where descriptions become numbers: above the problem, below every method."""
