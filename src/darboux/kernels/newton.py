@@ -45,8 +45,9 @@ class Work(NamedTuple):
 
 
 # What is kept: the last step's length (infinite before the first), the sum of the steps' turns, how many steps, the sign of the
-# determinant, the last step's turn and that of the derivative by the load factor, how many motions are free.
-LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, KEPT = 0, 1, 2, 3, 4, 5, 6, 7
+# determinant, the last step's turn and that of the derivative by the load factor, how many motions are free, the length of the
+# next step as foreseen.
+LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, LEFT, KEPT = range(9)
 
 
 def new_work(elements: int, stages: int) -> Work:
@@ -78,7 +79,7 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
         pivot = solve_last(work.last.copy(), at_end)
         kept[SIGN], kept[IDLE_MOTIONS] = sign * np.sign(pivot), 0.0
         if abs(pivot) < SINGULAR:
-            units(system.y, of_state)
+            units(system.y[system.y.size - STATES :], of_state)
             unit[N_:M_], unit[M_:] = of_state[FORCE], of_state[MOMENT]
             kept[IDLE_MOTIONS] = solve_by_singular_values(work.last, unit, at_end)
         back(work.factors, work.delta)
@@ -96,7 +97,8 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
         system.Y[:] = work.Y
         kept[TURNED] += kept[TURN]
         foreseen = min(UNSURE * length, SAFE * (length / last) ** 2 if np.isfinite(last) else np.inf)
-        if length * min(1.0, foreseen) <= max(tolerance, floor):
+        kept[LEFT] = length * min(1.0, foreseen)
+        if kept[LEFT] <= max(tolerance, floor):
             return CONVERGED
         if kept[STEPS] >= most:
             return LOST

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.newton import UNSURE
 from darboux.kernels.path import MOST_ELEMENTS
 from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION
 from darboux.solution import ErrorEstimate
@@ -61,9 +60,10 @@ def _dense(
     """Halve the elements until the curve between the nodes is as good as the nodes are; return the answer and its error."""
     fine, share = found[0], SURE / 2.0**order
     while True:
-        between = equations.scale.states(equations.curve(coarse, 1.0), fine.x)
-        smooth = ~np.isin(fine.x, equations.breaks)
-        gap = size((between - fine.y)[smooth], fine.y)
+        middle = np.ones(len(fine.x), dtype=bool)
+        middle[coarse.in_halves] = False
+        between = equations.scale.states(equations.curve(coarse, 1.0), fine.x[middle])
+        gap = size(between - fine.y[middle], fine.y)
         dense = gap <= GAIN * rtol + equations.table.between or fine.elements >= most
         finer = None if dense else equations.newton(fine.halved(), 1.0, sharp, most=6)
         if finer is None:
@@ -82,14 +82,14 @@ def _error(
 
     The energy is summed along the curve; its first variation by the states is at most that of n and m over their own size.
     """
-    fine, length, scale = found[0], found[1].length, equations.scale
+    fine, scale = found[0], equations.scale
     gaps = np.abs(fine.y[coarse.in_halves] - coarse.y)
     held = [0, *coarse.joints, *(coarse.joints + 1), len(coarse.x) - 1]
     force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
     unit = [float(x) for x in units(fine.y)]
     place, turn = float(np.max(np.linalg.norm(gaps[:, :3], axis=1))), 2.0 * float(np.max(gaps[:, ROTATION:FORCE]))
     place = max(place, turn)  # for a section's place is its sum of turns, and its gap may be small by chance
-    left = min(length, UNSURE * length**2, sharp) + equations.table.error  # and what averages over dense rows miss
+    left = min(found[1].left, sharp) + equations.table.error  # and what averages over dense rows miss
     energy = unit[FORCE] + unit[MOMENT] * equations.softest * unit[MOMENT]
     return ErrorEstimate(
         max(share * place + left, ROUNDING) * scale.length,
