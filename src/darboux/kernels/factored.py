@@ -16,8 +16,8 @@ singular they are, and nothing else is. With a border of k columns B and k rows 
 the columns go along as right sides, the rows are reduced by U_i, but give no pivots, and the last 12 + k equations are solved by
 complete pivoting. So (1) is solved soundly where A is singular and the border repairs it, at a fold or a buckling point.
 
-Reference: W. J. F. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria (SIAM, 2000), section 3.1: block elimination
-by A alone fails there.
+Reference: W. J. F. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria (SIAM, 2000), section 3.1: there block
+elimination by A alone fails.
 """
 
 from __future__ import annotations
@@ -265,7 +265,8 @@ def _put_back(of: Array, right: Array, b: Array, e: Array, at_end: int, sides: i
 def solve(factors: Factors, border: Border, b: Array, e: Array, sides: int) -> float:
     """(1): b (N + 1, 12, sides) flat becomes delta, and e (k, sides) becomes p; without a border k is 0.
 
-    b in the order of the rows of the matrix. Returns the least pivot of the last equations over the largest: near 0 they are singular.
+    b in the order of the rows of the matrix. Returns the least pivot of the last equations over the largest: near 0 where they are
+    singular.
     """
     at_end, B, D = factors.pivots.size, border.B.copy(), border.D.copy()
     S = _last_equations(factors, border, B, D)

@@ -47,8 +47,8 @@ class Work(NamedTuple):
 
 # What is kept: the last step's length (infinite before the first), the sum of the steps' turns, how many steps, the sign of the
 # determinant, the last step's turn and that of the derivative by the load factor, how many motions are free, the length of the
-# next step as foreseen, the largest of the steps' lengths over the square of the one before.
-LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, LEFT, RATE, KEPT = range(10)
+# next step as foreseen.
+LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, LEFT, KEPT = range(9)
 
 
 def new_work(elements: int, stages: int) -> Work:
@@ -100,8 +100,6 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
         kept[TURNED] += kept[TURN]
         foreseen = min(UNSURE * length, SAFE * (length / last) ** 2 if np.isfinite(last) else np.inf)
         kept[LEFT] = length * min(1.0, foreseen)
-        if np.isfinite(last):
-            kept[RATE] = max(kept[RATE], length / last**2)
         if kept[LEFT] <= max(tolerance, floor):
             return CONVERGED
         if kept[STEPS] >= most:

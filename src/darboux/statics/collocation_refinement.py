@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.newton import SAFE
 from darboux.kernels.path import MOST_ELEMENTS
 from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION
 from darboux.solution import ErrorEstimate
@@ -15,10 +14,11 @@ from darboux.statics.mesh import Mesh, size, units
 Array = NDArray[np.float64]
 Found = tuple[Mesh, Step, float, int]  # what Newton's method returns
 
-MOST_MESHES = 8
+MOST_MESHES, MOST_FAILURES = 8, 3
 SURE = 4.0  # the estimated error is this many times what the order promises
 GAIN = 64.0  # of the curve between the nodes, at least, where they are halved
 CURVE_ORDER = 8  # of the curve between the nodes
+SHARPEST = 1e-9  # of what Newton's method leaves over: then a loose rtol is not told by it
 ROUNDING = 2e-14  # no error below this is claimed, relative
 TINY = 1e-300
 
@@ -30,20 +30,25 @@ def refined(
 
     With ``first`` the given mesh is tried before any other is laid.
     """
-    sharp, order = max(1e-3 * rtol, 1e-13), 2 * stages
+    sharp, order = min(max(1e-3 * rtol, 1e-13), SHARPEST), 2 * stages
     rough = sharp if even else max(0.1 * rtol, sharp)  # of the coarse mesh: divided by 2^order it is sharp enough
     elements = even or equations.elements_for_answer(mesh, stages, rtol)
+    failures = 0
     for attempt in range(MOST_MESHES):
         guess = mesh if first and attempt == 0 else _laid_anew(equations, mesh, elements, stages, even)
         coarse = equations.newton(guess, 1.0, rough, most=20)
         fine = None if coarse is None else equations.newton(coarse[0].halved(), 1.0, sharp, most=12)
         if coarse is None or fine is None:
-            return None
+            failures += 1
+            if even or first or failures == MOST_FAILURES:
+                return None
+            elements = 2 * elements + 1  # so few may be no approximation at all
+            continue
         mesh = fine[0]
         gap = size(mesh.y[coarse[0].in_halves] - coarse[0].y, mesh.y)
         error = max(SURE * gap / 2.0**order, ROUNDING)
         if even or elements >= MOST_ELEMENTS or error <= rtol or attempt == MOST_MESHES - 1:
-            return _dense(equations, coarse, fine, order, rtol, sharp, 0 if even else MOST_ELEMENTS)
+            return _dense(equations, coarse[0], fine, order, rtol, sharp, 0 if even else MOST_ELEMENTS)
         elements = int(elements * np.clip(1.1 * (error / rtol) ** (1.0 / order), 1.2, 4.0)) + 1
     return None
 
@@ -56,10 +61,9 @@ def _laid_anew(equations: Equations, mesh: Mesh, elements: int, stages: int, eve
 
 
 def _dense(
-    equations: Equations, before: Found, found: Found, order: int, rtol: float, sharp: float, most: int
+    equations: Equations, coarse: Mesh, found: Found, order: int, rtol: float, sharp: float, most: int
 ) -> tuple[Mesh, ErrorEstimate]:
     """Halve the elements until the curve between the nodes is as good as the nodes are; return the answer and its error."""
-    coarse, rate_of_newton = before[0], before[1].rate
     fine, share = found[0], SURE / 2.0**order
     while True:
         middle = np.ones(len(fine.x), dtype=bool)
@@ -69,9 +73,7 @@ def _dense(
         dense = gap <= GAIN * rtol + equations.table.between or fine.elements >= most
         finer = None if dense else equations.newton(fine.halved(), 1.0, sharp, most=6)
         if finer is None:
-            left = min(found[1].left, sharp)  # by Newton's method, and as it went on the coarse mesh
-            if rate_of_newton > 0.0:
-                left = min(left, SAFE * rate_of_newton * found[1].length ** 2)
+            left = min(found[1].left, sharp)  # by Newton's method
             return fine, _error(equations, coarse, fine, share, left, SURE * gap / 2.0**CURVE_ORDER)
         # Where layers are thinner than the elements, halving them gains less than the order promises.
         first, second = (size(b.y[a.in_halves] - a.y, b.y) for a, b in ((coarse, fine), (fine, finer[0])))
