@@ -112,7 +112,6 @@ MUTANTS = (
     Mutant("kernels/discrete_rod.py", "u1, u2 = mix(1.0, u1, -r * phi[0], t)", "u1, u2 = mix(1.0, u1, r * phi[0], t)", ORACLE),
     Mutant("kernels/inertia.py", "return 1 if det < 0.0 else (2 if a < 0.0 else 0)", "return 1 if det < 0.0 else (2 if a > 0.0 else 0)", UNITS),
     Mutant("kernels/inertia.py", "_take_off(F, q, i, (c * x - b * y) * over, q)", "_take_off(F, q, i, (c * x + b * y) * over, q)", INERTIA),
-    Mutant("kernels/inertia.py", "p if q == n - 1 else q, n - 2", "p, n - 2", INERTIA),
     Mutant("kernels/inertia.py", "abs(c) * x + abs(b) * y, abs(b) * x + abs(a) * y", "abs(a) * x + abs(b) * y, abs(b) * x + abs(c) * y", PIVOT),
     Mutant("kernels/inertia.py", "det = abs(a * c - b * b)", "det = abs(a * c + b * b)", PIVOT),
     Mutant("kernels/inertia.py", "y = beside[3 * j + 2] if beside[3 * j + 1] == i", "y = beside[3 * j + 2] if beside[3 * j + 1] == j", PIVOT),
