@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from darboux.kernels import inertia
 from darboux.kernels.collocation import solve_last
 from darboux.kernels.inertia import negative_eigenvalues
 
@@ -65,6 +66,21 @@ def test_the_count_is_sharp(seed: int, side: float) -> None:
         assert count(sizes, shifted, below) == k + (1 if side > 0.0 else 0)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_the_units_of_rows_change_no_sign(seed: int) -> None:
+    """D A D has as many negative eigenvalues as A, by Sylvester's law: now a pivot of two rows has eigenvalues of one sign."""
+    rng, sizes = np.random.default_rng(seed), np.full(4, 12)
+    diagonal, below = random_blocks(seed, sizes)
+    diagonal *= 0.05
+    below *= 0.05
+    diagonal[:, range(12), range(12)] += rng.choice([-1.0, 1.0], size=(4, 12), p=[0.7, 0.3])
+    expected = np.count_nonzero(np.linalg.eigvalsh(matrix(sizes, diagonal, below)) < 0.0)
+    unit = 10.0 ** rng.uniform(-3.0, 3.0, size=(4, 12))
+    diagonal *= unit[:, :, None] * unit[:, None, :]
+    below *= unit[1:, :, None] * unit[:-1, None, :]
+    assert count(sizes, diagonal, below) == expected
+
+
 @pytest.mark.parametrize("small", [1e-6, 1e-9])
 def test_a_saddle_with_small_blocks_keeps_its_signs(small: float) -> None:
     """Displacements and forces of short pieces: [[K, E^T], [E, -G]] with K and G near 0 has the index of K + E^T G^-1 E."""
@@ -74,6 +90,40 @@ def test_a_saddle_with_small_blocks_keeps_its_signs(small: float) -> None:
     block = np.block([[K - 2e3 * small * np.eye(6), E.T], [E, -G]])
     index = np.count_nonzero(np.linalg.eigvalsh(K - 2e3 * small * np.eye(6) + E.T @ np.linalg.inv(G) @ E) < 0.0)
     assert count(np.array([12]), block[None], np.empty((0, 12, 12))) == 6 + index
+
+
+def pivots(A: np.ndarray, first: int) -> dict[tuple[int, int], float]:
+    """Every pivot among the rows from `first` on, of one row or of two, with its size over what stands beside it in all rows.
+
+    A pivot of two rows P lets |P^-1| (x, y) grow, x and y the largest entries beside it in its rows.
+    """
+    found = {}
+    for i in range(first, len(A)):
+        found[i, i] = abs(A[i, i]) / np.max(np.abs(np.delete(A[i], i)))
+        for j in range(first, i):
+            beside = [np.max(np.abs(np.delete(A[k], [i, j]))) for k in (i, j)]
+            found[i, j] = 1.0 / np.max(np.abs(np.linalg.inv(A[np.ix_([i, j], [i, j])])) @ beside)
+    return found
+
+
+@pytest.mark.parametrize("first", [0, 4])
+@pytest.mark.parametrize("diagonal", [3.0, 0.2, 1e-3, 0.0])
+def test_a_pivot_is_large_enough_or_the_best(diagonal: float, first: int) -> None:
+    """Its size over what stands beside it is what the rule says; one that is too small is the largest of all there are."""
+    rng, n, kinds = np.random.default_rng(first), 14, set()
+    for small in [1.0, 1e-2] * 10:  # coupled with the rows before `first` much more than with each other
+        A = rng.normal(size=(n, n))
+        A = A + A.T
+        A[range(n), range(n)] *= diagonal
+        A[first:, first:] *= small
+        F, beside = np.zeros(inertia.FRONT**2 + 3), np.empty(3 * inertia.FRONT)
+        F[: inertia.FRONT**2].reshape(inertia.FRONT, -1)[:n, :n] = A
+        i, j, size = inertia._pivot(F, first, n, beside)
+        every = pivots(A, first)
+        assert size == pytest.approx(every[max(i, j), min(i, j)], rel=1e-12)
+        assert size >= inertia.PIVOT or size == pytest.approx(max(every.values()), rel=1e-12)
+        kinds.add((i == j, bool(size >= inertia.PIVOT)))
+    assert kinds & ({(True, True)} if diagonal == 3.0 else {(False, True), (False, False)})
 
 
 def test_the_last_equations() -> None:

@@ -46,3 +46,23 @@ def test_a_small_wish_along_a_motion_that_resists_is_granted() -> None:
     step = np.empty((12, 2))
     assert solve_by_singular_values(np.hstack([A, b]).ravel(), np.ones(12), 0.0, step.ravel()) == 0
     np.testing.assert_allclose(V[11] @ step, 1e-8 / sizes[11], rtol=1e-6)
+
+
+def test_the_step_of_a_large_force_is_no_free_motion() -> None:
+    """Measured by its size it resists as the others do; by 1 its singular value is that of a free motion, and it is left alone."""
+    rng = np.random.default_rng(11)
+    A, b = equations(np.geomspace(1.0, 1e-3, 12), rng)
+    unit = np.ones(12)
+    unit[6:9] = 1e11
+    of_forces = A / unit
+    step, left_alone = np.empty((12, 2)), np.empty((12, 2))
+    assert solve_by_singular_values(np.hstack([of_forces, b]).ravel(), unit, step.ravel()) == 0
+    np.testing.assert_allclose(step, unit[:, None] * np.linalg.solve(A, b), rtol=1e-9)
+    change = (
+        np.where(unit > 1.0, 1e-9, 1.0)[:, None] * unit[:, None] * np.array([[1.0, -2.0]])
+    )  # of all, little of the forces
+    asked = np.hstack([of_forces, of_forces @ change])
+    assert solve_by_singular_values(asked.copy().ravel(), unit, step.ravel()) == 0
+    np.testing.assert_allclose(step, change, rtol=1e-3)
+    assert solve_by_singular_values(asked.copy().ravel(), np.ones(12), left_alone.ravel()) == 3
+    np.testing.assert_array_less(np.abs(left_alone[6:9]), 0.1 * np.abs(change[6:9]))

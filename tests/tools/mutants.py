@@ -48,6 +48,8 @@ JACOBIAN = f"{ROD_EQUATIONS}::test_jacobian_is_the_complex_step_of_the_formula"
 ORACLE = f"{DISCRETE_ROD}::test_energy_gradient_and_hessian_are_the_oracles"
 LAPACK = "kernels/test_band.py::test_definite_band_is_solved_as_by_lapack"
 INERTIA = "kernels/test_inertia.py::test_blocks_without_a_pivot_of_their_own_wait"
+UNITS = "kernels/test_inertia.py::test_the_units_of_rows_change_no_sign"
+PIVOT = "kernels/test_inertia.py::test_a_pivot_is_large_enough_or_the_best"
 ONE_STEP = "kernels/test_dormand_prince.py::test_one_step_has_the_declared_order"
 MOTION = "kernels/test_rod_motion.py::test_the_band_is_the_derivative_of_the_balance"
 RING = "kernels/test_ring.py::test_the_ring_of_a_band_is_solved_as_a_dense_matrix"
@@ -57,17 +59,31 @@ LETS_GO = "test_linearisation.py::test_while_another_shape_lets_go"
 STATIONS = "test_linearisation.py::test_at_two_stations"
 SIGN = "test_linearisation.py::test_the_sign_of_the_determinant_changes_where_a_column_buckles"
 TRANSFERS = "test_linearisation.py::test_transfers_carry_the_difference_of_two_steps"
-GAUSS = "kernels/test_collocation.py::test_weights_integrate_polynomials"
+GAUSS = "kernels/test_gauss.py::test_weights_integrate_polynomials"
+ELEMENT = "kernels/test_element.py::test_its_rows_are_the_general_elements"
+EXPLICIT = "kernels/test_element.py::test_what_is_explicit_is_met"
+STAGES = "kernels/test_element.py::test_its_stages_move_as_the_general_elements"
+LEAVE_N = "kernels/test_element.py::test_which_loads_leave_n_explicit"
+PIVOTS = "kernels/test_element.py::test_equations_without_a_pivot_on_the_diagonal_are_solved"
 COLUMN = "kernels/test_path.py::test_a_column_turns_unstable_at_eulers_load"
+POWER = "kernels/test_path.py::test_what_goes_with_a_power_of_the_load_is_predicted_exactly"
+ORDER = "kernels/test_path.py::test_a_tangent_that_turns_is_predicted_with_order_two"
+PREDICTED = "kernels/test_path.py::test_forces_that_go_with_the_load_are_predicted_exactly"
+LAST_TANGENT = "kernels/test_path.py::test_the_last_tangent_on_a_better_mesh_is_the_old_ones_interpolation"
+NEXT_STEP = "kernels/test_path.py::test_the_next_step_follows_from_what_the_corrector_did"
 POSE = "kernels/test_support.py::test_a_pose_goes_the_shortest_way_evenly"
 LAID = "kernels/test_mesh.py::test_elements_are_laid_where_they_are_wanted"
 SINGULAR = "kernels/test_singular_values.py::test_free_motions_are_left_alone"
+LARGE_FORCE = "kernels/test_singular_values.py::test_the_step_of_a_large_force_is_no_free_motion"
 SPRING = "test_collocation.py::test_a_rotational_spring_gives_what_its_energy_says"
 PIECES = "kernels/test_second_variation.py::test_the_sum_is_the_energy_of_the_pieces"
 HELD = "kernels/test_second_variation.py::test_a_held_node_keeps_its_motions_and_forces"
+PIECE = "kernels/test_second_variation.py::test_a_piece_is_solved_as_by_numpy"
+DEFINITE = "kernels/test_second_variation.py::test_a_definite_compliance_is_told_from_others"
 ROUGH = "kernels/test_mesh.py::test_roughness_is_the_power_of_h_times_the_next_derivative"
 HELIX = "kernels/test_framed_curve.py::test_constant_curvature_and_twist_make_a_helix"
 SETTLES = "kernels/test_newton.py::test_the_kernel_takes_the_steps_of_the_rule"
+TAUT = "test_cables.py::test_the_tension_of_a_taut_cable_is_as_exact_as_it_says"
 
 MUTANTS = (
     Mutant("kernels/algebra.py", "a[2] * b[0] - a[0] * b[2]", "a[0] * b[2] - a[2] * b[0]", DERIVATIVE),
@@ -78,6 +94,11 @@ MUTANTS = (
     Mutant("kernels/rod_equations.py", "v = plus((0.0, 0.0, 1.0), symmetric_times(c, SINV, material_n))", "v = (0.0, 0.0, 1.0)", DERIVATIVE),
     Mutant("kernels/rod_equations.py", "minus(x.v, (0.0, 0.0, 1.0))", "x.v", EVERY_LOAD),
     Mutant("kernels/rod_equations.py", "k = plus(vector(c, K0), symmetric_times(c, BINV, material_m))", "k = symmetric_times(c, BINV, material_m)", DERIVATIVE),
+    Mutant("kernels/rod_equations.py", "rotate(x.R, minus(symmetric_times(c, SINV, by_N[1]), by_v[1]))", "rotate(x.R, plus(symmetric_times(c, SINV, by_N[1]), by_v[1]))", JACOBIAN),
+    Mutant("kernels/rod_equations.py", "plus(cross(x.n, dr[2]), rotate(x.R, lb[2]))", "plus(cross(x.n, dr[2]), lb[2])", JACOBIAN),
+    Mutant("kernels/rod_equations.py", "phi, (k[1], -k[2], 0.0, k[0]))", "phi, (k[1], k[2], 0.0, k[0]))", JACOBIAN),
+    Mutant("kernels/rod_equations.py", "(-x, w, z, -y), (-y, -z, w, x)", "(-x, w, z, -y), (-y, z, w, x)", JACOBIAN),
+    Mutant("kernels/fours.py", "a[2] + s * b[2], a[3] + s * b[3]", "a[2] + s * b[2], a[3]", JACOBIAN),
     Mutant("kernels/band.py", "lower[target + i] -= scale * lower[column + i]", "lower[target + i] += scale * lower[column + i]", LAPACK),
     Mutant("kernels/band.py", "x0 -= lower[o + i] * x", "x0 += lower[o + i] * x", LAPACK),
     Mutant("kernels/band.py", "x1 = lower[o1 + i] - l10 * x0", "x1 = lower[o1 + i] + l10 * x0", LAPACK),
@@ -89,31 +110,61 @@ MUTANTS = (
     Mutant("kernels/discrete_rod.py", "(p, q2, x), (-q1, -p, y)", "(p, q2, -x), (-q1, -p, y)", ORACLE),
     Mutant("kernels/discrete_rod.py", "r, shared = S - 0.5 * psi,", "r, shared = S,", ORACLE),
     Mutant("kernels/discrete_rod.py", "u1, u2 = mix(1.0, u1, -r * phi[0], t)", "u1, u2 = mix(1.0, u1, r * phi[0], t)", ORACLE),
-    Mutant("kernels/inertia.py", "return 1 if det < 0.0 else (2 if a < 0.0 else 0)", "return 1 if det < 0.0 else (2 if a > 0.0 else 0)", INERTIA),
-    Mutant("kernels/inertia.py", "at_q, at_p = (c * x - b * y) / det, (a * y - b * x) / det", "at_q, at_p = (c * x + b * y) / det, (a * y - b * x) / det", INERTIA),
+    Mutant("kernels/inertia.py", "return 1 if det < 0.0 else (2 if a < 0.0 else 0)", "return 1 if det < 0.0 else (2 if a > 0.0 else 0)", UNITS),
+    Mutant("kernels/inertia.py", "_take_off(F, q, i, (c * x - b * y) * over, q)", "_take_off(F, q, i, (c * x + b * y) * over, q)", INERTIA),
+    Mutant("kernels/inertia.py", "abs(c) * x + abs(b) * y, abs(b) * x + abs(a) * y", "abs(a) * x + abs(b) * y, abs(b) * x + abs(c) * y", PIVOT),
+    Mutant("kernels/inertia.py", "det = abs(a * c - b * b)", "det = abs(a * c + b * b)", PIVOT),
+    Mutant("kernels/inertia.py", "y = beside[3 * j + 2] if beside[3 * j + 1] == i", "y = beside[3 * j + 2] if beside[3 * j + 1] == j", PIVOT),
+    Mutant("kernels/inertia.py", "            largest, at, second = size, k, largest\n", "            largest, at = size, k\n", PIVOT),
+    Mutant("kernels/inertia.py", "        elif size > second:\n            second = size\n", "", PIVOT),
+    Mutant("kernels/inertia.py", "            _look(F, n, partner, beside)\n", "", PIVOT),
+    Mutant("kernels/inertia.py", "        for j in range(first, i):\n", "        for j in range(i, i):\n", PIVOT),
     Mutant("kernels/dormand_prince.py", "A41, A42, A43 = 44 / 45, -56 / 15, 32 / 9", "A41, A42, A43 = 44 / 45, 56 / 15, 32 / 9", ONE_STEP),
     Mutant("kernels/dormand_prince.py", "525, -1 / 40\n", "525, 0.0\n", "kernels/test_dormand_prince.py::test_error_and_steps_follow_the_tolerance"),
     Mutant("kernels/dormand_prince.py", "D5, D6, D7 = 701980252875", "D5, D6, D7 = -701980252875", ONE_STEP),
     Mutant("kernels/profile.py", "c[j] = c[j] * x + profile.coefficients[row + j]", "c[j] = c[j] * x - profile.coefficients[row + j]", "kernels/test_dormand_prince.py::test_varying_coefficients_agree_with_scipy"),
     Mutant("kernels/profile.py", "breaks[p + 1] <= s", "breaks[p + 1] < s - 0.1", "kernels/test_dormand_prince.py::test_jump_is_two_integrations_joined"),
-    Mutant("kernels/collocation.py", "a = (c[:, None] ** powers / powers) @ np.linalg.inv", "a = (c[:, None] ** powers) @ np.linalg.inv", GAUSS),
+    Mutant("kernels/gauss.py", "a = (c[:, None] ** powers / powers) @ np.linalg.inv", "a = (c[:, None] ** powers) @ np.linalg.inv", GAUSS),
+    Mutant("kernels/gauss.py", "(j + 1) * stages + l", "(l + 1) * stages + j", STATIONS),
+    Mutant("kernels/gauss.py", "(stages + 2 + j) * stages + l", "(stages + 2 + l) * stages + j", STATIONS),
     Mutant("kernels/collocation.py", "g[j + row + a] -= load_factor * shaped[f + a]", "g[j + row + a] += load_factor * shaped[f + a]", EVERY_LOAD),
     Mutant("kernels/collocation.py", "g[j + STATES + row + a] -= shaped[f + a]", "g[j + STATES + row + a] -= load_factor * shaped[f + a]", EVERY_LOAD),
     Mutant("kernels/collocation.py", "before = J[k_ab] if part == 0 else 0.0", "before = 0.0", EVERY_ROD),
     Mutant("kernels/collocation.py", "J[(row + a) * STATES + ROTATION + b] -= load_factor * by_turn[a]", "J[(row + a) * STATES + ROTATION + b] += load_factor * by_turn[a]", EVERY_ROD),
     Mutant("kernels/collocation.py", "write_rate(Y, y, rate, g, j + STATES)", "write_derivative(Y, y, rate, g, j + STATES, 1)", EVERY_LOAD),
-    Mutant("kernels/collocation.py", "evaluate(system.rate, piece, place, rate)", "evaluate(table, piece, place, rate)", LETS_GO),
+    Mutant("kernels/collocation.py", "evaluate(system.rate, piece, place, rate)", "evaluate(table, piece, place, rate)", EVERY_ROD),
     Mutant("kernels/collocation.py", "while piece < table.breaks.size - 2 and table.breaks[piece + 1] <= place:", "while False:", EVERY_ROD),
-    Mutant("kernels/collocation.py", "X[x + (a + 1) * width - SIDES] += start[number]", "X[x + (a + 1) * width - SIDES] -= start[number]", STATIONS),
-    Mutant("kernels/collocation.py", "METHODS[weights + j * count + l]", "METHODS[weights + l * count + j]", STATIONS),
+    Mutant("kernels/collocation.py", "X[x + (a + 1) * width - SIDES] += start[number]", "X[x + (a + 1) * width - SIDES] -= start[number]", EVERY_ROD),
     Mutant("kernels/collocation.py", "coupled, stretches = columns(table) > WIDTH,", "coupled, stretches = False,", EVERY_ROD),
-    Mutant("kernels/collocation.py", "        if V[k * width + k] < 0.0:\n            sign = -sign\n", "", SIGN),
-    Mutant("kernels/collocation.py", "(1.0 if k < FREE else -1.0), sides + k", "1.0, sides + k", STATIONS),
+    Mutant("kernels/collocation.py", "sign = -sign if over < 0.0 else sign", "sign = sign", SIGN),
+    Mutant("kernels/collocation.py", "(1.0 if k < FREE else -1.0), sides + k", "1.0, sides + k", EVERY_ROD),
     Mutant("kernels/collocation.py", "            station += 1\n", "", STATIONS),
-    Mutant("kernels/collocation.py", "value -= factors[f + FREE + k] * delta[there + k * SIDES + side]", "value += factors[f + FREE + k] * delta[there + k * SIDES + side]", STATIONS),
-    Mutant("kernels/collocation.py", "value = X[x + unknowns] + change * X[x + unknowns + 1]", "value = X[x + unknowns]", STATIONS),
+    Mutant("kernels/collocation.py", "one -= factors[f + FREE + k] * delta[there + k * SIDES]", "one += factors[f + FREE + k] * delta[there + k * SIDES]", STATIONS),
+    Mutant("kernels/collocation.py", "value = X[x + unknowns] + change * X[x + unknowns + 1]", "value = X[x + unknowns]", EVERY_ROD),
     Mutant("kernels/collocation.py", "last[i * width + j] -= factor * last[k * width + j]", "last[i * width + j] += factor * last[k * width + j]", STATIONS),
-    Mutant("kernels/collocation.py", "transfer[at + row * FREE + k] = T[row * ROW + k]", "transfer[at + k * FREE + row] = T[row * ROW + k]", TRANSFERS),
+    Mutant("kernels/collocation.py", "two -= factors[f + k] * delta[here + k * SIDES + 1]", "two -= factors[f + k] * delta[here + k * SIDES]", STATIONS),
+    Mutant("kernels/collocation.py", "V[to + j] -= factor * V[at + j]", "V[to + j] += factor * V[at + j]", STATIONS),
+    Mutant("kernels/collocation.py", "rotate(R0, vector(T, row * ROW + PHI))", "rotate(R1, vector(T, row * ROW + PHI))", TRANSFERS),
+    Mutant("kernels/collocation.py", "Y_new[q] = Y[q] + part * dq[k]", "Y_new[q] = Y[q] + dq[k]", STAGES),
+    Mutant("kernels/element.py", "acts(system.table, FORCE_GRADIENT, DEAD_MOMENT)", "acts(system.table, FORCE_GRADIENT, FOLLOWER_FORCE)", LEAVE_N),
+    Mutant("kernels/element.py", "while piece > 0 and breaks[piece] > x:", "while False:", ELEMENT),
+    Mutant("kernels/element.py", "breaks[piece + 1] <= x:", "breaks[piece + 1] <= first:", ELEMENT),
+    Mutant("kernels/element.py", "evaluate(system.rate, piece, x,", "evaluate(system.table, piece, x,", ELEMENT),
+    Mutant("kernels/element.py", "n -= h * weight(s, j, l)", "n += h * weight(s, j, l)", EXPLICIT),
+    Mutant("kernels/element.py", "m += h * weight(s, j, l) * at.g[2 * l * STATES + MOMENT + a]", "m += h * weight(s, j, l) * at.g[(2 * l + 1) * STATES + MOMENT + a]", EXPLICIT),
+    Mutant("kernels/element.py", "                    value += at.J[J + b] * n\n", "", ELEMENT),
+    Mutant("kernels/element.py", "                V[row + 4 * k + a] -= of\n", "                V[row + 4 * k + a] += of\n", ELEMENT),
+    Mutant("kernels/element.py", "V[line + C_PHI + b] += sums * at.Q[3 * a + b]", "V[line + C_PHI + b] += sums * at.Q[3 * b + a]", ELEMENT),
+    Mutant("kernels/element.py", "V[line + C_SIDE + 1] += h * at.g[(2 * j + 1) * STATES + ROTATION + a]", "V[line + C_SIDE + 1] -= h * at.g[(2 * j + 1) * STATES + ROTATION + a]", ELEMENT),
+    Mutant("kernels/element.py", "at.moment[a * LINE + C_M + a] += 1.0", "at.moment[a * LINE + C_M + a] -= 1.0", ELEMENT),
+    Mutant("kernels/element.py", "dr = four_plus(dr, -f * J[of + POSITION * STATES + b], dq)", "dr = four_plus(dr, f * J[of + POSITION * STATES + b], dq)", ELEMENT),
+    Mutant("kernels/element.py", "            rest -= f\n", "", ELEMENT),
+    Mutant("kernels/element.py", "E[(7 + a) * LINE + C_SIDE] += f * at.g[g + MOMENT + a]", "E[(7 + a) * LINE + C_SIDE] -= f * at.g[g + MOMENT + a]", ELEMENT),
+    Mutant("kernels/element.py", "T[(N_ + a) * ROW + 2 * FREE + 1] = -rate", "T[(N_ + a) * ROW + 2 * FREE + 1] = rate", ELEMENT),
+    Mutant("kernels/element.py", "if abs(V[i * width + k]) > abs(V[pivot * width + k]):", "if False:", PIVOTS),
+    Mutant("kernels/element.py", "change * kept[row * LINE + C_SIDE + 1]", "kept[row * LINE + C_SIDE + 1]", STAGES),
+    Mutant("kernels/element.py", "kept[row * LINE + k] = -at.V", "kept[row * LINE + k] = at.V", STAGES),
+    Mutant("kernels/collocation.py", "transfer[first + row * FREE + k] = T[row * ROW + k]", "transfer[first + k * FREE + row] = T[row * ROW + k]", TRANSFERS),
     Mutant("kernels/support.py", "difference[k] = before[k] - (behind[k] if k >= FORCE else 0.0)", "difference[k] = before[k]", STATIONS),
     Mutant("kernels/support.py", "out[row + FREE + k] = -own[i * ROW + k]", "out[row + FREE + k] = own[i * ROW + k]", STATIONS),
     Mutant("kernels/support.py", "out[(3 + a) * 7] += load_factor * dot(d, A)", "out[(3 + a) * 7] -= load_factor * dot(d, A)", "kernels/test_support.py::test_the_stiffness_is_the_second_derivative_of_the_energy"),
@@ -123,7 +174,13 @@ MUTANTS = (
     Mutant("kernels/support.py", "rate[2] + way[TWIST]", "rate[2]", POSE),
     Mutant("kernels/support.py", "_along(quaternion(way, FROM_FRAME), load_factor * angle, axis)", "_along(quaternion(way, FROM_FRAME), angle, axis)", POSE),
     Mutant("kernels/second_variation.py", "T[first + 3 + a] -= 0.5 * more[a]", "T[first + 3 + a] += 0.5 * more[a]", PIECES),
-    Mutant("kernels/second_variation.py", "below[at + a * BLOCK + HALF + b] = inverse[b * HALF + a]", "below[at + a * BLOCK + HALF + b] = inverse[a * HALF + b]", PIECES),
+    Mutant("kernels/second_variation.py", "            if pivot != k:\n                put_four(M, pivot * LINE + j, here)\n", "", PIECE),
+    Mutant("kernels/second_variation.py", "if abs(M[i * LINE + k]) > abs(M[pivot * LINE + k]):", "if False:", PIECE),
+    Mutant("kernels/second_variation.py", "T[at + (HALF + a) * BLOCK + k], four(M, k * LINE + INVERSE + j)", "T[at + a * BLOCK + k], four(M, k * LINE + INVERSE + j)", PIECE),
+    Mutant("kernels/second_variation.py", "        if again == 0 and _is_definite(work):\n", "        if again == 0:\n", PIECES),
+    Mutant("kernels/second_variation.py", "A[j * BLOCK + k] -= A[j * BLOCK + i] * A[k * BLOCK + i]", "A[j * BLOCK + k] += A[j * BLOCK + i] * A[k * BLOCK + i]", DEFINITE),
+    Mutant("kernels/second_variation.py", "soft = max(soft, abs(g) / h)", "soft = max(soft, abs(g))", PIECES),
+    Mutant("kernels/second_variation.py", "below[at + a * BLOCK + HALF + b] = M[b * LINE + INVERSE + a]", "below[at + a * BLOCK + HALF + b] = M[a * LINE + INVERSE + b]", PIECES),
     Mutant("kernels/second_variation.py", "D[first + k * along] += line[a] * motions[a * HALF + k]", "D[first + k * along] += line[a] * motions[k * HALF + a]", HELD),
     Mutant("kernels/second_variation.py", "for k in range(count, HALF):", "for k in range(HALF, HALF):", HELD),
     Mutant("kernels/mesh.py", "jump /= 0.5 * (h + last)", "jump /= h + last", ROUGH),
@@ -133,11 +190,28 @@ MUTANTS = (
     Mutant("kernels/mesh.py", "measure[piece] + part * (measure[piece + 1] - measure[piece])", "measure[piece + 1]", LAID),
     Mutant("kernels/mesh.py", "            while x[i + 1] > x[i]:\n                i += 1\n", "", "kernels/test_mesh.py::test_a_mesh_that_is_laid_anew_keeps_ends_and_stations"),
     Mutant("kernels/path.py", "if changed and real[GOAL] - real[FACTOR] > shortest:", "if False:", COLUMN),
-    Mutant("kernels/path.py", "work.delta[k * SIDES] = ahead * course.tangent[k]", "work.delta[k * SIDES] = -ahead * course.tangent[k]", "test_collocation_path.py::test_interruptions_and_small_arrays_change_nothing"),
+    Mutant("kernels/path.py", "work.delta[k * SIDES] = share * course.tangent[k]", "work.delta[k * SIDES] = ahead * course.tangent[k]", PREDICTED),
+    Mutant("kernels/path.py", "work.delta[k * SIDES] += last_share * course.last_tangent[k]", "work.delta[k * SIDES] -= last_share * course.last_tangent[k]", PREDICTED),
+    Mutant("kernels/path.py", "_length(course.last_tangent, elements, part)", "_length(course.last_tangent, elements, 0)", PREDICTED),
+    Mutant("kernels/path.py", "    _keep_last_tangent(course)\n", "", PREDICTED),
+    Mutant("kernels/path.py", "_system(rod, course, course.here, elements, course.shaped_here, real[FACTOR])\n    work =", "_system(rod, course, course.here, elements, course.shaped_here, real[GOAL])\n    work =", PREDICTED),
+    Mutant("kernels/path.py", "(b**q - a**q) / q", "(b**q - a**q)", POWER),
+    Mutant("kernels/path.py", "np.log(b / a) if abs(q) < 1e-6", "np.log(a / b) if abs(q) < 1e-6", POWER),
+    Mutant("kernels/path.py", "here * v * (1.0 + w)", "here * v * (1.0 - w)", POWER),
+    Mutant("kernels/path.py", "-here * v * w / before**p", "-here * v * w", POWER),
+    Mutant("kernels/path.py", "here = real[FACTOR] + real[FIRST]", "here = real[FACTOR]", POWER),
+    Mutant("kernels/path.py", "w = 0.5 * v / _span(p, before, 1.0)", "w = v / _span(p, before, 1.0)", ORDER),
+    Mutant("kernels/path.py", "np.log(last_length / length) / np.log(before)", "0.0 * np.log(before)", ORDER),
+    Mutant("kernels/path.py", "part = (new[k] - old[i]) / (old[i + 1] - old[i])", "part = (new[k] - old[i]) / (1.0 - old[i])", LAST_TANGENT),
+    Mutant("kernels/path.py", "            i, part = i + 1, 1.0\n", "            i, part = i + 1, 0.0\n", LAST_TANGENT),
+    Mutant("kernels/path.py", "rod.unseen, 2 if np.isfinite(real[LAST]) else 1", "rod.unseen, 1 if np.isfinite(real[LAST]) else 2", NEXT_STEP),
     Mutant("kernels/stability.py", "foundation, of_forces)", "foundation, of_forces - 1)", COLUMN),
     Mutant("kernels/step_control.py", "WANTED_SHARE * predicted / corrected", "predicted / corrected", "kernels/test_path.py::test_the_corrector_would_turn_the_rod_as_wanted"),
     Mutant("kernels/step_control.py", "max(LARGEST_SHARE * predicted, unseen)", "LARGEST_SHARE * predicted", "kernels/test_path.py::test_the_corrector_may_turn_the_rod_by_a_share_of_what_was_predicted"),
+    Mutant("kernels/step_control.py", "(WANTED_CORRECTED_TURN / corrected) ** (1.0 / (order + 1))", "(WANTED_CORRECTED_TURN / corrected) ** (1.0 / order)", "kernels/test_path.py::test_the_corrector_would_turn_the_rod_as_wanted"),
     Mutant("kernels/singular_values.py", "sine * x + cosine * y", "sine * x - cosine * y", SINGULAR),
+    Mutant("kernels/singular_values.py", "last[row * WIDTH + k] *= unit[k]", "last[row * WIDTH + k] *= 1.0", LARGE_FORCE),
+    Mutant("kernels/singular_values.py", "+= unit[k] * V[k * SIZE + j] * wanted", "+= V[k * SIZE + j] * wanted", LARGE_FORCE),
     Mutant("kernels/singular_values.py", "size[j] <= FREE_MOTION * largest and abs(wanted)", "abs(wanted)", "kernels/test_singular_values.py::test_a_small_wish_along_a_motion_that_resists_is_granted"),
     Mutant("kernels/singular_values.py", "abs(wanted) <= IDLE * np.sqrt(norm[side]) + NOISE", "True", "kernels/test_singular_values.py::test_what_is_asked_for_along_a_free_motion_is_done"),
     Mutant("kernels/framed_curve.py", "w * g - a * j + b * e + c * f", "w * g + a * j + b * e - c * f", "kernels/test_framed_curve.py::test_turns_follow_one_another"),
@@ -145,6 +219,9 @@ MUTANTS = (
     Mutant("kernels/newton.py", "= sign * np.sign(pivot), 0.0", "= sign, 0.0", SIGN),
     Mutant("kernels/newton.py", "length > max(0.5 * last, 10.0 * tolerance, floor)", "length > max(2.0 * last, 10.0 * tolerance, floor)", SETTLES),
     Mutant("kernels/newton.py", "(length / last) ** 2 if np.isfinite(last)", "(length / last) ** 3 if np.isfinite(last)", SETTLES),
+    Mutant("kernels/newton.py", "unit[N_:M_], unit[M_:] = of_state[FORCE], of_state[MOMENT]", "pass", TAUT),
+    Mutant("kernels/newton.py", "kept[TURNED] += kept[TURN]", "kept[TURNED] = kept[TURN]", SETTLES),
+    Mutant("kernels/newton.py", "foreseen = min(UNSURE * length,", "foreseen = min(0.0 * length,", SETTLES),
     Mutant("kernels/support.py", "z = a * h - d * e - b * g + c * f", "z = a * h + d * e - b * g + c * f", SPRING),
     Mutant("kernels/support.py", "plus(moment, scaled(0.5, first))", "plus(moment, scaled(-0.5, first))", SPRING),
     Mutant("kernels/rod_motion.py", "    add(residual, 4 * j - 4, scaled(-s, e))\n", "    add(residual, 4 * j - 4, scaled(s, e))\n", MOTION),
