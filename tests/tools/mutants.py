@@ -84,8 +84,16 @@ ROUGH = "kernels/test_mesh.py::test_roughness_is_the_power_of_h_times_the_next_d
 HELIX = "kernels/test_framed_curve.py::test_constant_curvature_and_twist_make_a_helix"
 SETTLES = "kernels/test_newton.py::test_the_kernel_takes_the_steps_of_the_rule"
 TAUT = "test_cables.py::test_the_tension_of_a_taut_cable_is_as_exact_as_it_says"
+DENSE = "kernels/test_factored.py::test_right_sides_are_solved_as_by_a_dense_matrix"
+REPAIRS = "kernels/test_factored.py::test_a_border_repairs_a_singular_matrix"
 
 MUTANTS = (
+    Mutant("kernels/factored.py", "b[first + row * sides + side] -= multiple * b[first + k * sides + side]", "b[first + row * sides + side] += multiple * b[first + k * sides + side]", DENSE),
+    Mutant("kernels/factored.py", "value -= D[i * k + p] * B[i * k + q]", "value += D[i * k + p] * B[i * k + q]", DENSE),
+    Mutant("kernels/factored.py", "value -= of[i * k + p] * b[i * sides + side]", "value += of[i * k + p] * b[i * sides + side]", DENSE),
+    Mutant("kernels/factored.py", "g[first + k * sides + side] -= multiple * g[first + row * sides + side]", "g[first + k * sides + side] += multiple * g[first + row * sides + side]", DENSE),
+    Mutant("kernels/factored.py", "        order[k], order[column] = order[column], order[k]\n", "", DENSE),
+    Mutant("kernels/factored.py", "S[(FREE + p) * n + row] = D[(at_end + row) * k + p]", "S[(FREE + p) * n + row] = 0.0", REPAIRS),
     Mutant("kernels/algebra.py", "a[2] * b[0] - a[0] * b[2]", "a[0] * b[2] - a[2] * b[0]", DERIVATIVE),
     Mutant("kernels/algebra.py", "return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]", "return a[0] * b[0] + a[1] * b[1]", ORACLE),
     Mutant("kernels/algebra.py", "x[i + 1] * a[0] + x[i + 4] * a[1] + x[i + 7] * a[2]", "x[i + 1] * a[0] + x[i + 4] * a[1] - x[i + 7] * a[2]", DERIVATIVE),
