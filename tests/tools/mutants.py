@@ -202,7 +202,6 @@ MUTANTS = (
     Mutant("kernels/path.py", "work.delta[k * SIDES] += last_share * course.last_tangent[k]", "work.delta[k * SIDES] -= last_share * course.last_tangent[k]", PREDICTED),
     Mutant("kernels/path.py", "_length(course.last_tangent, elements, part)", "_length(course.last_tangent, elements, 0)", PREDICTED),
     Mutant("kernels/path.py", "    _keep_last_tangent(course)\n", "", PREDICTED),
-    Mutant("kernels/path.py", "_system(rod, course, course.here, elements, course.shaped_here, real[FACTOR])\n    work =", "_system(rod, course, course.here, elements, course.shaped_here, real[GOAL])\n    work =", PREDICTED),
     Mutant("kernels/path.py", "(b**q - a**q) / q", "(b**q - a**q)", POWER),
     Mutant("kernels/path.py", "np.log(b / a) if abs(q) < 1e-6", "np.log(a / b) if abs(q) < 1e-6", POWER),
     Mutant("kernels/path.py", "here * v * (1.0 + w)", "here * v * (1.0 - w)", POWER),
