@@ -56,13 +56,28 @@ def test_the_step_of_a_large_force_is_no_free_motion() -> None:
     unit[6:9] = 1e11
     of_forces = A / unit
     step, left_alone = np.empty((12, 2)), np.empty((12, 2))
-    assert solve_by_singular_values(np.hstack([of_forces, b]).ravel(), unit, step.ravel()) == 0
+    assert solve_by_singular_values(np.hstack([of_forces, b]).ravel(), unit, 0.0, step.ravel()) == 0
     np.testing.assert_allclose(step, unit[:, None] * np.linalg.solve(A, b), rtol=1e-9)
     change = (
         np.where(unit > 1.0, 1e-9, 1.0)[:, None] * unit[:, None] * np.array([[1.0, -2.0]])
     )  # of all, little of the forces
     asked = np.hstack([of_forces, of_forces @ change])
-    assert solve_by_singular_values(asked.copy().ravel(), unit, step.ravel()) == 0
+    assert solve_by_singular_values(asked.copy().ravel(), unit, 0.0, step.ravel()) == 0
     np.testing.assert_allclose(step, change, rtol=1e-3)
-    assert solve_by_singular_values(asked.copy().ravel(), np.ones(12), left_alone.ravel()) == 3
+    assert solve_by_singular_values(asked.copy().ravel(), np.ones(12), 0.0, left_alone.ravel()) == 3
     np.testing.assert_array_less(np.abs(left_alone[6:9]), 0.1 * np.abs(change[6:9]))
+
+
+def test_what_is_unsure_makes_a_motion_free_that_rounding_would_not() -> None:
+    """A singular value of 1e-8 and a wish of 1e-8 along it: of a mesh with few elements."""
+    rng = np.random.default_rng(7)
+    U, V = (np.linalg.qr(rng.normal(size=(12, 12)))[0] for _ in range(2))
+    A = U @ np.diag([1.0] * 11 + [1e-8]) @ V.T
+    b = np.stack([A @ V[:, 0] + 1e-8 * U[:, 11], A @ V[:, 1]], axis=1)
+    sizes = []
+    for unsure, free in ((0.0, 0), (1e-6, 1)):
+        step = np.empty((12, 2))
+        assert solve_by_singular_values(np.hstack([A, b]).ravel(), np.ones(12), unsure, step.ravel()) == free
+        sizes.append(np.max(np.abs(step[:, 0])))
+    assert sizes[0] > 0.1 + sizes[1] or sizes[1] <= 1.0 + 1e-6
+    assert abs(V[:, 11] @ step[:, 0]) < 1e-6

@@ -18,7 +18,7 @@ MOST_MESHES, MOST_FAILURES = 8, 3
 SURE = 4.0  # the estimated error is this many times what the order promises
 GAIN = 64.0  # of the curve between the nodes, at least, where they are halved
 CURVE_ORDER = 8  # of the curve between the nodes
-SHARPEST = 1e-9  # of what Newton's method leaves over: then a loose rtol is not told by it
+SHARPEST = 1e-12  # of what Newton's method leaves over: then a loose rtol is not told by it
 ROUNDING = 2e-14  # no error below this is claimed, relative
 TINY = 1e-300
 
