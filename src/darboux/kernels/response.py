@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.algebra import half_product, put_quaternion, quaternion, scaled, turn, vector
+from darboux.kernels.algebra import half_product, put_quaternion, quaternion, turn, vector
 from darboux.kernels.bordered import HALF, Matrix
 from darboux.kernels.collocation import BEGIN, M, N, Plan, Q, R, _condense, _eliminate, _linearise, _planned, _row
 from darboux.kernels.gauss import weight
@@ -50,7 +50,7 @@ from darboux.kernels.system import FREE, M_, N_, PHI, R_, SIDES, System
 
 Array = NDArray[np.float64]
 
-TURNED = 0.01  # by how much axes, frames and turns change at most, in differences: of order 8, they are exact to rounding
+TURNED = 0.01  # by how much axes, frames and turns change at most, in differences of order 8: exact to rounding
 ORDER_8 = np.array([4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0])
 LOADS = 6  # f and l, of a load that is a function of the shape
 
@@ -60,7 +60,7 @@ class Rates(NamedTuple):
 
     c: Array  # (P, N, stages, columns), the coefficients at Gauss' points; nothing at joints
     widths: Array  # (P, N), h' / h; 0 at joints
-    shaped: Array  # (P, N, stages, 6), f and l of the loads that are functions of the shape, at the same states; or none
+    shaped: Array  # (P, N, stages, 6), f and l of loads that are functions of the shape, at fixed states; or none
     supports: Array  # (P, supports, NUMBERS), the numbers of what holds the rod, in their order along it
 
 

@@ -63,7 +63,6 @@ class Derivatives(NamedTuple):
     x: Array  # (P, N + 1), of the nodes
     unit: Array  # (P, 13)
     origin: Array  # (P, 13)
-    length: Array  # (P,), of the unit of x
 
 
 class Tangents(NamedTuple):
@@ -140,7 +139,7 @@ def derivatives(
     width = np.diff(mesh.x)
     widths = np.divide(np.diff(x, axis=1), width, out=np.zeros((len(p), len(width))), where=width > 0.0)
     rates = Rates(*(np.ascontiguousarray(part).ravel() for part in (c, widths, shaped, supports)))
-    return Derivatives(rates, x, unit, origin, unit[:, 0])
+    return Derivatives(rates, x, unit, origin)
 
 
 def _difference(
@@ -186,9 +185,7 @@ def right_sides(linearised: Linearised, derivatives: Derivatives) -> Array:
     return out
 
 
-def tangents(
-    equations: Equations, mesh: Mesh, problem_of: ProblemOf, p: Array, sizes: Array | None = None
-) -> Tangents:
+def tangents(equations: Equations, mesh: Mesh, problem_of: ProblemOf, p: Array, sizes: Array | None = None) -> Tangents:
     """Return an equilibrium at full load and its derivatives by the parameters p (P,), one solution of (1) for each.
 
     problem_of(p) is the problem of the equations; sizes as for `derivatives`.
@@ -199,7 +196,7 @@ def tangents(
     length = equations.scale.length
     dy = np.einsum("nij,pnj->pni", _states_of_unknowns(mesh.y), delta) * unit
     dy += by.unit[:, None] * mesh.y + by.origin[:, None]
-    return Tangents(mesh.x * length, mesh.y * unit + origin, by.x * length + mesh.x * by.length[:, None], dy)
+    return Tangents(mesh.x * length, mesh.y * unit + origin, by.x * length + mesh.x * by.unit[:, :1], dy)
 
 
 def gradients(
