@@ -227,7 +227,7 @@ def test_a_singular_value_of_nothing_is_rounding() -> None:
     last = np.concatenate([np.diag([*np.ones(11), 0.0]), np.ones((12, 2))], axis=1)
     last[11, 0] = 1e-3
     step = np.empty((12, 2))
-    assert solve_by_singular_values(last.ravel(), np.ones(12), step.ravel()) == 0
+    assert solve_by_singular_values(last.ravel(), np.ones(12), 0.0, step.ravel()) == 0
     assert np.all(np.isfinite(step))
     assert np.max(np.abs(step)) > 1e12
 

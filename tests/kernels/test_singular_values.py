@@ -25,7 +25,7 @@ def test_free_motions_are_left_alone(free: int) -> None:
         A, b = equations(values, rng)
         stretched = np.exp(rng.normal(size=(12, 1)))  # the rows' lengths are no matter
         step = np.empty((12, 2))
-        assert solve_by_singular_values((stretched * np.hstack([A, b])).ravel(), np.ones(12), step.ravel()) == free
+        assert solve_by_singular_values((stretched * np.hstack([A, b])).ravel(), np.ones(12), 0.0, step.ravel()) == free
         np.testing.assert_allclose(step, np.linalg.pinv(A, rcond=1e-10) @ b, rtol=1e-7, atol=1e-9)
 
 
@@ -34,7 +34,7 @@ def test_what_is_asked_for_along_a_free_motion_is_done() -> None:
     A, b = equations(np.append(np.ones(11), 1e-12), rng)
     b += 1e-3 * np.linalg.svd(A)[0][:, 11:]
     step = np.empty((12, 2))
-    assert solve_by_singular_values(np.hstack([A, b]).ravel(), np.ones(12), step.ravel()) == 0
+    assert solve_by_singular_values(np.hstack([A, b]).ravel(), np.ones(12), 0.0, step.ravel()) == 0
     np.testing.assert_allclose(A @ step, b, atol=1e-15 * np.max(np.abs(step)) * 12.0)
     assert np.min(np.max(np.abs(step), axis=0)) > 1e6
 
@@ -44,5 +44,5 @@ def test_a_small_wish_along_a_motion_that_resists_is_granted() -> None:
     U, sizes, V = np.linalg.svd(A)
     b = U[:, :2] + 1e-8 * U[:, 11:]
     step = np.empty((12, 2))
-    assert solve_by_singular_values(np.hstack([A, b]).ravel(), np.ones(12), step.ravel()) == 0
+    assert solve_by_singular_values(np.hstack([A, b]).ravel(), np.ones(12), 0.0, step.ravel()) == 0
     np.testing.assert_allclose(V[11] @ step, 1e-8 / sizes[11], rtol=1e-6)

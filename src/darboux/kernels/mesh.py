@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux.kernels.gauss import FEWEST_STAGES, METHODS, MOST_STAGES, PER_METHOD, point
 from darboux.kernels.jit import inline, jit
-from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION, STATES
+from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
 
 Array = NDArray[np.float64]
 
@@ -46,6 +46,21 @@ def units(y: Array, out: Array) -> None:
     out[:FORCE] = 1.0
     out[FORCE:MOMENT] = 1.0 + np.sqrt(force)
     out[MOMENT:] = 1.0 + np.sqrt(moment)
+
+
+@jit
+def size(change: Array, y: Array) -> float:
+    """Return the largest change of a vector at a node, change (N + 1, 13), in the units of the nodes y (M + 1, 13)."""
+    unit, largest = np.empty(STATES), np.zeros(4)
+    units(y, unit)
+    for i in range(0, change.size, STATES):
+        for part in range(4):
+            first = (POSITION, ROTATION, FORCE, MOMENT)[part]
+            square = 0.0
+            for a in range(first, (ROTATION, FORCE, MOMENT, STATES)[part]):
+                square += (change[i + a] / unit[a]) ** 2
+            largest[part] = max(largest[part], square)
+    return float(np.sqrt(np.max(largest)))
 
 
 @jit

@@ -26,6 +26,7 @@ from darboux.kernels.system import FREE, M_, N_, ROW, SIDES, System
 Array = NDArray[np.float64]
 
 SINGULAR = 1e-6  # of the last equations' pivots: below, singular values tell what is free
+UNSURE_MOTION = 1e-3  # of the tolerance: a singular value, and what is asked for along it, below which a motion is free
 UNSURE, SAFE = 1e4, 10.0  # how the next of Newton's steps is foreseen: UNSURE length^2, or SAFE times the quadratic law
 
 # Why `newton` returns.
@@ -45,8 +46,9 @@ class Work(NamedTuple):
 
 
 # What is kept: the last step's length (infinite before the first), the sum of the steps' turns, how many steps, the sign of the
-# determinant, the last step's turn and that of the derivative by the load factor, how many motions are free.
-LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, KEPT = 0, 1, 2, 3, 4, 5, 6, 7
+# determinant, the last step's turn and that of the derivative by the load factor, how many motions are free, the length of the
+# next step as foreseen, the largest of the steps' lengths over the square of the one before.
+LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, LEFT, RATE, KEPT = range(10)
 
 
 def new_work(elements: int, stages: int) -> Work:
@@ -78,9 +80,10 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
         pivot = solve_last(work.last.copy(), at_end)
         kept[SIGN], kept[IDLE_MOTIONS] = sign * np.sign(pivot), 0.0
         if abs(pivot) < SINGULAR:
-            units(system.y, of_state)
+            units(system.y[system.y.size - STATES :], of_state)
             unit[N_:M_], unit[M_:] = of_state[FORCE], of_state[MOMENT]
-            kept[IDLE_MOTIONS] = solve_by_singular_values(work.last, unit, at_end)
+            unsure = UNSURE_MOTION * tolerance if np.isfinite(tolerance) else 0.0
+            kept[IDLE_MOTIONS] = solve_by_singular_values(work.last, unit, unsure, at_end)
         back(work.factors, work.delta)
         last = kept[LENGTH]
         length, kept[TURN] = measure(system.y, work.delta, 0)
@@ -96,7 +99,10 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
         system.Y[:] = work.Y
         kept[TURNED] += kept[TURN]
         foreseen = min(UNSURE * length, SAFE * (length / last) ** 2 if np.isfinite(last) else np.inf)
-        if length * min(1.0, foreseen) <= max(tolerance, floor):
+        kept[LEFT] = length * min(1.0, foreseen)
+        if np.isfinite(last):
+            kept[RATE] = max(kept[RATE], length / last**2)
+        if kept[LEFT] <= max(tolerance, floor):
             return CONVERGED
         if kept[STEPS] >= most:
             return LOST

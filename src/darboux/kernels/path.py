@@ -208,7 +208,8 @@ def _choose_step(course: Course) -> int:
             return ARRIVED
         if tries >= control.MOST_STEPS or not np.isfinite(real[TURN]):
             return ENDED
-        largest = min(control.LARGEST_STEP, control.LARGEST_PREDICTED_TURN / max(real[TURN], 1e-300))
+        turn = control.LARGEST_TURN_BY_TWO if np.isfinite(real[LAST]) else control.LARGEST_PREDICTED_TURN
+        largest = min(control.LARGEST_STEP, turn / max(real[TURN], 1e-300))
         real[STEP] = min(real[STEP], largest, 1.0 - real[FACTOR])
         real[FIRST] = real[STEP] if whole[TAKEN] == 0 else real[FIRST]
     elif real[STEP] < control.SMALLEST_STEP * max(real[FACTOR], real[FIRST]):

@@ -47,11 +47,12 @@ def _turn_pair(W: Array, V: Array, i: int, j: int) -> float:
 
 
 @jit
-def solve_by_singular_values(last: Array, unit: Array, delta: Array) -> int:
+def solve_by_singular_values(last: Array, unit: Array, unsure: float, delta: Array) -> int:
     """Solve the equations (12 x 14,) for delta (12 x 2,), and return how many motions are free.
 
     An unknown k is measured by unit[k] (12,), for the step of a large force is no free motion. Rows are scaled to length 1. With
-    A = U S V^T a side b gives V S^-1 U^T b, but nothing along a free motion.
+    A = U S V^T a side b gives V S^-1 U^T b, but nothing along a free motion. Where Newton's method stops early, or elements are
+    few, a free motion's singular value and what is asked for along it are no rounding, but may be ``unsure``.
     """
     W, V, size, norm = np.empty(SIZE * SIZE), np.zeros(SIZE * SIZE), np.empty(SIZE), np.zeros(SIDES)
     for row in range(SIZE):
@@ -92,7 +93,8 @@ def solve_by_singular_values(last: Array, unit: Array, delta: Array) -> int:
             left[side] -= wanted * wanted
             if abs(left[side]) <= ROUNDING * norm[side]:
                 left[side] = 0.0
-            if size[j] <= FREE_MOTION * largest and abs(wanted) <= IDLE * np.sqrt(norm[side]) + NOISE:
+            idle = abs(wanted) <= IDLE * np.sqrt(norm[side]) + max(NOISE, unsure)
+            if idle and size[j] <= max(FREE_MOTION, unsure) * largest:
                 free += 1 if side == 0 else 0
                 continue
             wanted /= max(size[j], ZERO * largest)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from darboux.kernels.jit import jit
 
 LARGEST_PREDICTED_TURN = 0.6  # rad between neighbouring equilibria
+LARGEST_TURN_BY_TWO = 1.5  # the same, where two tangents predict it
 LARGEST_CORRECTED_TURN = 0.3  # rad by which the corrector may move a predicted shape
 WANTED_CORRECTED_TURN = 0.1  # rad; the predictor's error grows with the square of the step
 LARGEST_SHARE = 0.5  # of the predicted turn that the corrector may make

@@ -55,6 +55,7 @@ CURVED, MOST_QUADRATURE = (
 )  # of a column, between Gauss' points, from which on it is sampled twice as closely
 CLOSEST = 1e-9  # of L, between a break and a knot of a shape
 NO_KNOTS: Array = np.empty(0)
+TAUT = 1e-9  # of a part's length, by which the places that hold it are closer
 HEAVY = 1e3  # of EI / L^3: weight per length from which on a rod between two supports is a cable
 
 
@@ -171,11 +172,21 @@ class Law:
         return Profile(self.breaks, now.ravel(), self.degree), Profile(self.breaks, self.rate.ravel(), self.degree)
 
 
-def is_pushed(problem: Equilibrium) -> bool:
-    """Return whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
+def _held_parts(problem: Equilibrium) -> list[tuple[float, float]]:
+    """Return the length of each part between two supports that hold places, and how far apart these are, in m."""
     held = [(s, np.array(at.position)) for s, at in problem.supports if all(at.held_displacement)]
     held.sort(key=lambda pair: pair[0])
-    closer = any(float(np.linalg.norm(there - here)) < b - a for (a, here), (b, there) in pairwise(held))
+    return [(b - a, float(np.linalg.norm(there - here))) for (a, here), (b, there) in pairwise(held)]
+
+
+def is_taut(problem: Equilibrium) -> bool:
+    """Return whether two supports hold a part of a rod that does not stretch as far apart as it is long."""
+    return not problem.rod.stretch and any(apart > length * (1.0 - TAUT) for length, apart in _held_parts(problem))
+
+
+def is_pushed(problem: Equilibrium) -> bool:
+    """Return whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
+    closer = any(apart < length for length, apart in _held_parts(problem))
     scale = Scale.of(problem)
     weight = problem.distributed(np.linspace(0.0, scale.length, 129)).a * (scale.length / scale.force)
     return closer and float(np.mean(np.linalg.norm(weight, axis=1))) < HEAVY

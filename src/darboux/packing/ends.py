@@ -47,6 +47,7 @@ class EndConditions:
         self.held_places, self.held_turns = np.array(support.held_displacement), np.array(support.held_rotation)
         self.place_axes, self.turn_axes = support.displacement_axes, support.rotation_axes  # (3, 3), as columns
         self.place, self.frame = (np.array(support.position) - scale.origin) / scale.length, support.R
+        self.holds = support.holds  # true where a displacement or a rotation is prescribed, or tied by a spring
         self.groove, self.twist = support.sliding == "section", support.twist
         q = frames.quaternion_of_matrix(self.frame)
         self.way = np.concatenate(
@@ -55,9 +56,8 @@ class EndConditions:
         zero = np.zeros((3, 3))
         linear = zero if support.linear is None else np.array(support.linear) * scale.length / scale.force
         rotational = zero if support.rotational is None else np.array(support.rotational) / scale.moment
-        self.stiffness = np.block(
-            [[linear, zero], [zero, rotational]]
-        )  # of the springs, for (dr, theta), small rotations
+        self.stiffness = np.zeros((6, 6))  # of the springs, for (dr, theta), small rotations
+        self.stiffness[:3, :3], self.stiffness[3:, 3:] = linear, rotational
         self.sprung = support.linear is not None, support.rotational is not None  # places, turns
         flags = [outward, *self.held_places, *self.held_turns, self.groove, self.sprung[1]]
         axes = [self.place_axes.T.ravel(), self.turn_axes.T.ravel()]
@@ -93,11 +93,6 @@ class EndConditions:
     def held_axes(self) -> Array:
         """The axes (k, 3) along which displacements are prescribed, as rows."""
         return np.asarray(self.place_axes.T[self.held_places])
-
-    @property
-    def holds(self) -> bool:
-        """True where a displacement or a rotation is prescribed, or tied by a spring."""
-        return bool(np.any(self.held_places) or np.any(self.held_turns) or any(self.sprung))
 
     @property
     def loaded(self) -> bool:

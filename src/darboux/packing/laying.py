@@ -18,6 +18,12 @@ Array = NDArray[np.float64]
 STEPS = 1000  # over which a shape is laid out
 
 
+def hangs_between_ends(problem: Equilibrium) -> bool:
+    """Return whether both ends, and the places between them that are held at all, are held in place: as those of a cable."""
+    places = [support for _, support in problem.supports if support.holds]
+    return all(all(at.held_displacement) for at in (problem.start, *places, problem.end))
+
+
 def laid(problem: Equilibrium) -> tuple[Support, float, Array]:
     """Return the support that places the unloaded rod, its s / L, and how the rod lies: a frame there, or its chord's direction."""
     supports = [(s / problem.rod.length, support) for s, support in problem.supports]

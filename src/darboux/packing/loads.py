@@ -92,7 +92,7 @@ def of_shape(problem: Equilibrium, scale: Scale, x: Array, r: Array, R: Array, s
 
 def has_potential(problem: Equilibrium) -> bool:
     """Return whether all loads have a potential: couples, moments, followers and functions of the shape have none in 3-D."""
-    s = np.linspace(0.0, problem.rod.length, 33)
+    s = np.linspace(0.0, problem.rod.length, 1 if problem.uniform else 33)
     loads = problem.distributed(s)
     ends = [problem.end_load("start"), problem.end_load("end"), *problem.points.values()]
     without = [part for end in ends for part in (end.moment, end.section_force, end.section_moment)]

@@ -106,6 +106,11 @@ class Packing:
         """Whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
         return coefficients.is_pushed(self._problem)
 
+    @property
+    def is_taut(self) -> bool:
+        """Whether two supports hold a part of a rod that does not stretch as far apart as it is long."""
+        return coefficients.is_taut(self._problem)
+
     def lent(self, slack: float) -> float:
         """Return the compliance of stretch that the rod is lent on the way: ``slack`` between two supports, or none."""
         return self.table.lent(slack, self._problem) if len(self.supports) > 1 else 0.0

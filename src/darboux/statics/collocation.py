@@ -205,6 +205,7 @@ class Collocation:
                 f"Newton's method did not settle at rtol = {self.rtol:g}, but on the coarse mesh. Ask "
                 "for a larger rtol."
             )
+            message = limits.TAUT if equations.packing.is_taut else message
             return _Found(equations, Status("no_convergence", message), mesh, ErrorEstimate(), path)
         return _Found(equations, Status(code, message), *answer, path)
 

@@ -67,7 +67,8 @@ CAREFUL = Pace(4, 1e-6, 2e-3)  # ... but near a bifurcation small errors make a 
 class Step:
     """Newton's step (N + 1, 12) at a mesh, its length and its largest turn; the derivative by the load factor and its turn.
 
-    ``sign`` is that of the determinant.
+    ``sign`` is that of the determinant, ``left`` the length of the next step as foreseen, ``rate`` the largest length over the
+    square of the one before, 0 where there was none.
     """
 
     delta: Array
@@ -76,13 +77,15 @@ class Step:
     tangent: Array
     tangent_turn: float
     sign: float
+    left: float
+    rate: float
 
     @classmethod
     def of(cls, work: Work) -> Step:
         """Return the step that the kernel left in its work."""
         delta = work.delta.reshape(-1, FREE, SIDES)
-        kept = kernel.LENGTH, kernel.SIGN, kernel.TURN, kernel.TANGENT_TURN
-        length, sign, turn, tangent_turn = (float(work.kept[k]) for k in kept)
+        kept = kernel.LENGTH, kernel.SIGN, kernel.TURN, kernel.TANGENT_TURN, kernel.LEFT, kernel.RATE
+        length, sign, turn, tangent_turn, left, rate = (float(work.kept[k]) for k in kept)
         return cls(
             np.ascontiguousarray(delta[:, :, 0]),
             length,
@@ -90,6 +93,8 @@ class Step:
             np.ascontiguousarray(delta[:, :, 1]),
             tangent_turn,
             sign,
+            left,
+            rate,
         )
 
 

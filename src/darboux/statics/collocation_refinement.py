@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.newton import UNSURE
+from darboux.kernels.newton import SAFE
 from darboux.kernels.path import MOST_ELEMENTS
 from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION
 from darboux.solution import ErrorEstimate
@@ -43,7 +43,7 @@ def refined(
         gap = size(mesh.y[coarse[0].in_halves] - coarse[0].y, mesh.y)
         error = max(SURE * gap / 2.0**order, ROUNDING)
         if even or elements >= MOST_ELEMENTS or error <= rtol or attempt == MOST_MESHES - 1:
-            return _dense(equations, coarse[0], fine, order, rtol, sharp, 0 if even else MOST_ELEMENTS)
+            return _dense(equations, coarse, fine, order, rtol, sharp, 0 if even else MOST_ELEMENTS)
         elements = int(elements * np.clip(1.1 * (error / rtol) ** (1.0 / order), 1.2, 4.0)) + 1
     return None
 
@@ -56,40 +56,43 @@ def _laid_anew(equations: Equations, mesh: Mesh, elements: int, stages: int, eve
 
 
 def _dense(
-    equations: Equations, coarse: Mesh, found: Found, order: int, rtol: float, sharp: float, most: int
+    equations: Equations, before: Found, found: Found, order: int, rtol: float, sharp: float, most: int
 ) -> tuple[Mesh, ErrorEstimate]:
     """Halve the elements until the curve between the nodes is as good as the nodes are; return the answer and its error."""
+    coarse, rate_of_newton = before[0], before[1].rate
     fine, share = found[0], SURE / 2.0**order
     while True:
-        between = equations.scale.states(equations.curve(coarse, 1.0), fine.x)
-        smooth = ~np.isin(fine.x, equations.breaks)
-        gap = size((between - fine.y)[smooth], fine.y)
+        middle = np.ones(len(fine.x), dtype=bool)
+        middle[coarse.in_halves] = False
+        between = equations.scale.states(equations.curve(coarse, 1.0), fine.x[middle])
+        gap = size(between - fine.y[middle], fine.y)
         dense = gap <= GAIN * rtol + equations.table.between or fine.elements >= most
         finer = None if dense else equations.newton(fine.halved(), 1.0, sharp, most=6)
         if finer is None:
-            return fine, _error(equations, coarse, found, share, sharp, SURE * gap / 2.0**CURVE_ORDER)
+            left = min(found[1].left, sharp)  # by Newton's method, and as it went on the coarse mesh
+            if rate_of_newton > 0.0:
+                left = min(left, SAFE * rate_of_newton * found[1].length ** 2)
+            return fine, _error(equations, coarse, fine, share, left, SURE * gap / 2.0**CURVE_ORDER)
         # Where layers are thinner than the elements, halving them gains less than the order promises.
-        before, after = (size(b.y[a.in_halves] - a.y, b.y) for a, b in ((coarse, fine), (fine, finer[0])))
-        rate = min(0.5, after / max(before, TINY))
+        first, second = (size(b.y[a.in_halves] - a.y, b.y) for a, b in ((coarse, fine), (fine, finer[0])))
+        rate = min(0.5, second / max(first, TINY))
         share = max(SURE / 2.0**order, rate / (1.0 - rate))
         coarse, fine, found = fine, finer[0], finer
 
 
-def _error(
-    equations: Equations, coarse: Mesh, found: Found, share: float, sharp: float, between: float
-) -> ErrorEstimate:
+def _error(equations: Equations, coarse: Mesh, fine: Mesh, share: float, left: float, between: float) -> ErrorEstimate:
     """Return the share of what halving the elements changed that is left, and what Newton's method leaves, in SI units.
 
     The energy is summed along the curve; its first variation by the states is at most that of n and m over their own size.
     """
-    fine, length, scale = found[0], found[1].length, equations.scale
+    scale = equations.scale
     gaps = np.abs(fine.y[coarse.in_halves] - coarse.y)
     held = [0, *coarse.joints, *(coarse.joints + 1), len(coarse.x) - 1]
     force, moment = (float(np.max(np.linalg.norm(gaps[held, a : a + 3], axis=1))) for a in (FORCE, MOMENT))
     unit = [float(x) for x in units(fine.y)]
     place, turn = float(np.max(np.linalg.norm(gaps[:, :3], axis=1))), 2.0 * float(np.max(gaps[:, ROTATION:FORCE]))
     place = max(place, turn)  # for a section's place is its sum of turns, and its gap may be small by chance
-    left = min(length, UNSURE * length**2, sharp) + equations.table.error  # and what averages over dense rows miss
+    left += equations.table.error  # what averages over dense rows miss
     energy = unit[FORCE] + unit[MOMENT] * equations.softest * unit[MOMENT]
     return ErrorEstimate(
         max(share * place + left, ROUNDING) * scale.length,

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from darboux.kernels.rod_equations import DEAD_FORCE, FOLLOWER_FORCE, FORCE_GRADIENT, SINV
 from darboux.packing.coefficients import HEAVY
+from darboux.packing.laying import hangs_between_ends
 from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
 from darboux.statics import first_shape
@@ -38,13 +39,10 @@ SHORTEST_LINE = 2.0**-30
 
 def hung(problem: Equilibrium) -> FirstShape | None:
     """Return the shape of the chain that hangs between the rod's supports under its dead loads; None where it is no cable."""
-    if problem.of_shape or problem.closed:
+    if problem.of_shape or problem.closed or not hangs_between_ends(problem):
         return None
     packing = Packing(problem)
     places, supports = np.array([x for x, _ in packing.supports]), [support for _, support in packing.supports]
-    held = all(all(support.held_places) for support in supports)
-    if not held or places[0] > 0.0 or places[-1] < 1.0:
-        return None
     chords = np.diff([support.place for support in supports], axis=0)
     if np.any(np.linalg.norm(chords, axis=1) > TAUT * np.diff(places)):
         return None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from darboux.kernels import mesh as kernel
 from darboux.kernels.gauss import METHODS, PER_METHOD
-from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
+from darboux.kernels.rod_equations import STATES
 
 Array = NDArray[np.float64]
 
@@ -113,6 +113,4 @@ def units(y: Array) -> Array:
 
 def size(change: Array, y: Array) -> float:
     """Return the largest change of a vector at a node, change (N + 1, 13), in those units."""
-    scaled = change / units(y)
-    parts = ((POSITION, ROTATION), (ROTATION, FORCE), (FORCE, MOMENT), (MOMENT, STATES))
-    return max(float(np.max(np.linalg.norm(scaled[:, a:b], axis=1))) for a, b in parts)
+    return float(kernel.size(np.ascontiguousarray(change).ravel(), np.ascontiguousarray(y).ravel()))
