@@ -349,12 +349,14 @@ class Equations:
         return self.scale.curve(x, y, dy)
 
 
-def kinks(problem: Equilibrium, table: Table | None) -> tuple[Array, Array]:
+def kinks(problem: Equilibrium, table: Table | None, jumps: bool = True) -> tuple[Array, Array]:
     """Return the x between the ends that stay nodes, and the width of each: see `_apart`.
 
     There a table has a kink, something jumps, or a station is; where dense tables are averaged their ``table`` says it alone.
+    Without ``jumps`` no function is searched for them, which takes long.
     """
-    places = [*problem.breaks, *problem.jumps] if table is None else table.breaks[1:-1] * problem.rod.length
+    searched = problem.jumps if jumps and table is None else ()
+    places = [*problem.breaks, *searched] if table is None else table.breaks[1:-1] * problem.rod.length
     return _apart(places, problem.stations, problem.rod.length)
 
 

@@ -16,6 +16,7 @@ References: B. Fornberg, Math. Comp. 51 (1988) 699, table 1 (the weights); D. G.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -93,10 +94,13 @@ def settled(solution: EquilibriumSolution, stages: int = 4) -> tuple[Equations, 
     return equations, found[0]
 
 
-def packed(problem: Equilibrium, mesh: Mesh, breaks: Array) -> Packed:
-    """Return what the equations of a mesh hold of a description, whose breaks replace those (n,) on which the mesh stands."""
+def packed(problem: Equilibrium, mesh: Mesh, breaks: Array, jumps: bool = True) -> Packed:
+    """Return what the equations of a mesh hold of a description, whose breaks replace those (n,) on which the mesh stands.
+
+    ``jumps`` as for `kinks`.
+    """
     packing = Packing(problem)
-    moved, _ = kinks(problem, packing.table if problem.dense else None)
+    moved, _ = kinks(problem, packing.table if problem.dense else None, jumps)
     if len(moved) != len(breaks):
         raise _Changed
     x = np.interp(mesh.x, np.concatenate([[0.0], breaks, [1.0]]), np.concatenate([[0.0], moved, [1.0]]))
@@ -133,8 +137,10 @@ def derivatives(
     steps = STEP * np.abs(p if sizes is None else np.asarray(sizes, dtype=float))
     if not np.all(steps > 0.0):
         raise InvalidInput(f"parameter {int(np.argmin(steps))} is 0 and has no size; give one for each in sizes.")
-    here = packed(problem_of(p), mesh, equations.breaks)
-    changes = [_difference(equations, mesh, problem_of, p, k, steps[k], here) for k in range(len(p))]
+    problem = problem_of(p)
+    packing = functools.partial(packed, mesh=mesh, breaks=equations.breaks, jumps=len(problem.jumps) > 0)
+    here = packing(problem)
+    changes = [_difference(lambda p: packing(problem_of(p)), p, k, steps[k], here) for k in range(len(p))]
     x, c, shaped, supports, unit, origin = (np.array(part) for part in zip(*changes, strict=True))
     width = np.diff(mesh.x)
     widths = np.divide(np.diff(x, axis=1), width, out=np.zeros((len(p), len(width))), where=width > 0.0)
@@ -142,9 +148,7 @@ def derivatives(
     return Derivatives(rates, x, unit, origin)
 
 
-def _difference(
-    equations: Equations, mesh: Mesh, problem_of: ProblemOf, p: Array, k: int, step: float, here: Packed
-) -> Packed:
+def _difference(packing: Callable[[Array], Packed], p: Array, k: int, step: float, here: Packed) -> Packed:
     """Return the derivative of what is packed by parameter k."""
     total = [np.zeros_like(part) for part in here]
     for number, weight in enumerate(ORDER_8, start=1):
@@ -152,7 +156,7 @@ def _difference(
             there = p.copy()
             there[k] += sign * number * step
             try:
-                found = _alike(packed(problem_of(there), mesh, equations.breaks), here)
+                found = _alike(packing(there), here)
             except _Changed:
                 raise InvalidInput(
                     f"parameter {k}: what holds the rod, or where something jumps, changes in kind between {p[k]:g} and "
