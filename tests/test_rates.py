@@ -213,6 +213,9 @@ CASES = {
     "tables": Case(tables, (1.8, 0.35, -0.6)),
     "dense rows": Case(dense, (2.0, 1.0)),
     "jumps": Case(steps, (0.4, 2.0)),
+    "jump of a function": Case(
+        lambda p: loaded(dx.LineForce(lambda s: np.where(s[:, None] < p[0], [1.0, 0.5, 0.2], [0.0, p[1], 0.1]))), (0.9, 2.0)
+    ),
     "length": Case(long, (2.0,)),
     "between the ends": Case(between, (0.9, 0.1, 5.0), (1.0, 1.0, 5.0)),
     "ring": Case(ring, (0.4, 0.75, 1.0)),
