@@ -411,7 +411,7 @@ def test_transfers_carry_the_difference_of_two_steps() -> None:
         mesh = drawn(equations, seed=1)
         deltas.append(equations.newton_step(mesh, 0.7).delta)
     T = np.empty((mesh.elements, 12, 12))
-    collocation.transfers(equations._system(mesh, 0.7), T.ravel())
+    collocation.transfers(equations.system(mesh, 0.7), T.ravel())
     d = deltas[1] - deltas[0]
     d[:, 3:6] = np.einsum("nij,nj->ni", frames.matrix_of_quaternion(mesh.y[:, 3:7]), d[:, 3:6])
     np.testing.assert_allclose(np.einsum("nij,nj->ni", T, d[:-1]), d[1:], atol=1e-11 * np.max(np.abs(d)))

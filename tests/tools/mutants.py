@@ -84,16 +84,12 @@ ROUGH = "kernels/test_mesh.py::test_roughness_is_the_power_of_h_times_the_next_d
 HELIX = "kernels/test_framed_curve.py::test_constant_curvature_and_twist_make_a_helix"
 SETTLES = "kernels/test_newton.py::test_the_kernel_takes_the_steps_of_the_rule"
 TAUT = "test_cables.py::test_the_tension_of_a_taut_cable_is_as_exact_as_it_says"
-DENSE = "kernels/test_factored.py::test_right_sides_are_solved_as_by_a_dense_matrix"
-REPAIRS = "kernels/test_factored.py::test_a_border_repairs_a_singular_matrix"
+WHOLE = "kernels/test_bordered.py::test_both_are_solved_as_a_dense_matrix"
+SOUND = "kernels/test_bordered.py::test_borders_are_sound_where_the_matrix_is_singular"
+ROWS = "kernels/test_response.py::test_rows_are_the_derivative_of_the_residual"
+BY_PARAMETERS = "kernels/test_response.py::test_right_sides_are_the_derivative_of_the_residual"
 
 MUTANTS = (
-    Mutant("kernels/factored.py", "b[first + row * sides + side] -= multiple * b[first + k * sides + side]", "b[first + row * sides + side] += multiple * b[first + k * sides + side]", DENSE),
-    Mutant("kernels/factored.py", "value -= D[i * k + p] * B[i * k + q]", "value += D[i * k + p] * B[i * k + q]", DENSE),
-    Mutant("kernels/factored.py", "value -= of[i * k + p] * b[i * sides + side]", "value += of[i * k + p] * b[i * sides + side]", DENSE),
-    Mutant("kernels/factored.py", "g[first + k * sides + side] -= multiple * g[first + row * sides + side]", "g[first + k * sides + side] += multiple * g[first + row * sides + side]", DENSE),
-    Mutant("kernels/factored.py", "        order[k], order[column] = order[column], order[k]\n", "", DENSE),
-    Mutant("kernels/factored.py", "S[(FREE + p) * n + row] = D[(at_end + row) * k + p]", "S[(FREE + p) * n + row] = 0.0", REPAIRS),
     Mutant("kernels/algebra.py", "a[2] * b[0] - a[0] * b[2]", "a[0] * b[2] - a[2] * b[0]", DERIVATIVE),
     Mutant("kernels/algebra.py", "return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]", "return a[0] * b[0] + a[1] * b[1]", ORACLE),
     Mutant("kernels/algebra.py", "x[i + 1] * a[0] + x[i + 4] * a[1] + x[i + 7] * a[2]", "x[i + 1] * a[0] + x[i + 4] * a[1] - x[i + 7] * a[2]", DERIVATIVE),
@@ -257,6 +253,23 @@ MUTANTS = (
     Mutant("statics/discrete_chain.py", "- G.T @ cross_matrix(u)", "+ G.T @ cross_matrix(u)", "test_offsets.py::test_the_hessian_of_the_chain_is_the_derivative_of_its_gradient"),
     Mutant("statics/discrete_chain.py", "np.trace(G) + 0.5 * m @ self.c @ m", "np.trace(G) - 0.5 * m @ self.c @ m", "test_offsets.py::test_the_hessian_of_the_chain_is_the_derivative_of_its_gradient"),
     Mutant("loads.py", "total.a -= C @ np.array(self.point)", "total.a += C @ np.array(self.point)", "test_descriptions.py::test_loads_are_affine_in_position_and_frame"),
+    Mutant("kernels/bordered.py", "add_multiple(V, at, -V[row * width + j], V, of, width - j - 1)", "add_multiple(V, at, -V[row * width + j], V, of, FREE - j - 1)", WHOLE),
+    Mutant("kernels/bordered.py", "-factors.reduced[(i * rows + row) * FREE + j], v, row * sides, sides)", "factors.reduced[(i * rows + row) * FREE + j], v, row * sides, sides)", WHOLE),
+    Mutant("kernels/bordered.py", "        if V[j * width + j] < 0.0:\n            sign = -sign\n", "", WHOLE),
+    Mutant("kernels/bordered.py", "x[order[j] * sides + side] = y[j * sides + side] / factors.sizes[order[j]]", "x[order[j] * sides + side] = y[j * sides + side]", WHOLE),
+    Mutant("kernels/bordered.py", "            V[to + FREE : to + 2 * FREE] = borders.rows[there : there + FREE]\n", "            pass\n", SOUND),
+    Mutant("kernels/bordered.py", "A[at + FREE : at + own] = borders.columns[border : border + k]", "A[at + FREE : at + own] = 0.0", SOUND),
+    Mutant("kernels/bordered.py", "if abs(A[row * n + a]) > least:", "if abs(A[row * n + a]) > least and a == j and row == j:", SOUND),
+    Mutant("kernels/response.py", "= h * weight(plan.stages, j, l)", "= weight(plan.stages, j, l)", BY_PARAMETERS),
+    Mutant("kernels/response.py", "dg[l * STATES + a] += by_width * plan.g[l * SIDES * STATES + a]", "dg[l * STATES + a] += 0.0 * by_width", BY_PARAMETERS),
+    Mutant("kernels/response.py", "-= system.load_factor * rates.shaped[(at + l) * LOADS + a]", "+= system.load_factor * rates.shaped[(at + l) * LOADS + a]", BY_PARAMETERS),
+    Mutant("kernels/response.py", "shifted[a] = support[a] + by * du[a]", "shifted[a] = support[a]", BY_PARAMETERS),
+    Mutant("kernels/response.py", "        y[k] -= system.y[(i + 1) * STATES + k]\n", "        pass\n", ROWS),
+    Mutant("kernels/response.py", "matrix.blocks[block + FREE + row] = -1.0", "matrix.blocks[block + FREE + row] = 1.0", ROWS),
+    Mutant("kernels/response.py", "    _sharpen(support, y, load_factor, own)\n    for row", "    for row", ROWS),
+    Mutant("statics/rates.py", "np.concatenate([[0.0], moved, [1.0]])", "np.concatenate([[0.0], breaks, [1.0]])", "kernels/test_response.py::test_the_mesh_stretches_with_its_breaks"),
+    Mutant("statics/rates.py", "dy += by.unit[:, None] * mesh.y + by.origin[:, None]", "dy += by.origin[:, None]", "kernels/test_response.py::test_tangents_are_the_derivative_of_the_solution"),
+    Mutant("statics/linearised.py", "found.solve(unit), found.solve_transposed(unit)", "found.solve(unit), found.solve(unit)", "test_linearised.py::test_at_a_fold_borders_are_sound_and_plain_solves_are_not"),
 )  # fmt: skip
 
 

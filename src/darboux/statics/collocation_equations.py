@@ -108,10 +108,7 @@ class Equations:
             self.table, self.relaxing = self.packing.table, None
         else:
             self.table, self.relaxing = self.packing.table_and_strain(shape.k, shape.knots)
-        places = (
-            [*problem.breaks, *problem.jumps] if not problem.dense else self.table.breaks[1:-1] * problem.rod.length
-        )
-        self.breaks, self.widths = _apart(places, problem.stations, problem.rod.length)
+        self.breaks, self.widths = kinks(problem, self.table if problem.dense else None)
         self.start, self.end = self.packing.ends
         self.stations = self.packing.stations
         self.conditions = [self.start, *(conditions for _, conditions in self.stations), self.end]
@@ -232,7 +229,7 @@ class Equations:
 
     def _stepped(self, mesh: Mesh, load_factor: float, work: Work, tolerance: float, floor: float, most: int) -> bool:
         """Let the kernel take Newton's steps from a mesh, which is moved; return whether they became small."""
-        system, supports = self._system(mesh, load_factor), self.supports(load_factor)
+        system, supports = self.system(mesh, load_factor), self.supports(load_factor)
         while (reason := kernel.newton(system, supports, work, float(tolerance), floor, most)) == kernel.LOADS:
             system.shaped[:] = self.shaped(mesh)
         self.iterations += int(work.kept[kernel.STEPS])
@@ -244,7 +241,7 @@ class Equations:
         self.newton_step(mesh, 1.0)
         return self.free
 
-    def _system(self, mesh: Mesh, load_factor: float) -> System:
+    def system(self, mesh: Mesh, load_factor: float) -> System:
         """Return what the kernels of `collocation` take first."""
         shaped = self.shaped(mesh) if self.problem.of_shape else NOTHING
         states = (mesh.x, mesh.y.ravel(), mesh.Y.ravel())
@@ -272,7 +269,7 @@ class Equations:
         y, Y = np.empty_like(mesh.y), np.empty_like(mesh.Y)
         step = np.zeros((*delta.shape, SIDES))
         step[:, :, 0] = delta
-        system = self._system(mesh, load_factor)
+        system = self.system(mesh, load_factor)
         collocation.advance(system, step.ravel(), float(change), float(part), NOTHING, y.ravel(), Y.ravel())
         return Mesh(mesh.x, y, Y)
 
@@ -294,7 +291,7 @@ class Equations:
         """Return the number of unstable directions; None where the loads have no potential."""
         if not self.has_potential:
             return None
-        system, lend = self._system(mesh, load_factor), not self.problem.rod.stretch
+        system, lend = self.system(mesh, load_factor), not self.problem.rod.stretch
         return int(stability_kernel.unstable_directions(system, self.supports(load_factor), lend))
 
     def second_variation(self, mesh: Mesh, load_factor: float) -> SecondVariation:
@@ -303,7 +300,7 @@ class Equations:
         diagonal, below, weights = np.zeros((N + 1, FREE, FREE)), np.zeros((N, FREE, FREE)), np.zeros((N + 1, FREE))
         sizes = np.empty(N + 1, np.int64)
         flat = diagonal.ravel(), below.ravel(), weights.ravel(), sizes
-        system, supports = self._system(mesh, load_factor), self.supports(load_factor)
+        system, supports = self.system(mesh, load_factor), self.supports(load_factor)
         of_forces, foundation = stability_kernel.second_variation(system, supports, lend, *flat)
         places = [0, *(int(i) - k for k, i in enumerate(mesh.joints)), N]  # a joint is one node here
         nodes = [0, *mesh.joints, -1]
@@ -317,10 +314,10 @@ class Equations:
         wanted = np.sum(mesh.roughness(self.breaks) ** (1.0 / (mesh.stages + 1)))
         return max(FEWEST_ELEMENTS, int(np.ceil(ANSWER * (1e-9 / rtol) ** (0.5 / stages) * wanted)))
 
-    def mesh_of(self, start: EquilibriumSolution) -> Mesh:
-        """Return a solution of another problem on every second of its nodes, as the first guess of this one."""
+    def mesh_of(self, start: EquilibriumSolution, every: int = 2) -> Mesh:
+        """Return a solution of another problem on every second of its nodes, or ``every`` n-th, as a first guess."""
         nodes = np.unique(start.curve.s)
-        x = nodes[:: 2 if len(nodes) > 2 * FIRST_ELEMENTS else 1] / nodes[-1]
+        x = nodes[:: every if len(nodes) > 2 * FIRST_ELEMENTS else 1] / nodes[-1]
         x = x[np.min(np.abs(x[:, None] - self.breaks), axis=1) > 1e-6] if len(self.breaks) else x
         x = np.unique(np.concatenate([[0.0], x, self.breaks, [1.0]]))
         points = np.concatenate([x, stage_points(x, self.pace.stages).ravel()])
@@ -347,6 +344,17 @@ class Equations:
             dy[:, FORCE:MOMENT] -= load_factor * shaped[:, :3]
             dy[:, MOMENT:] -= load_factor * shaped[:, SHAPED_COUPLE : SHAPED_COUPLE + 3]
         return self.scale.curve(x, y, dy)
+
+
+def kinks(problem: Equilibrium, table: Table | None, jumps: bool = True) -> tuple[Array, Array]:
+    """Return the x between the ends that stay nodes, and the width of each: see `_apart`.
+
+    There a table has a kink, something jumps, or a station is; where dense tables are averaged their ``table`` says it alone.
+    Without ``jumps`` no function is searched for them, which takes long.
+    """
+    searched = problem.jumps if jumps and table is None else ()
+    places = [*problem.breaks, *searched] if table is None else table.breaks[1:-1] * problem.rod.length
+    return _apart(places, problem.stations, problem.rod.length)
 
 
 def _apart(places: Iterable[float], stations: Iterable[float], length: float) -> tuple[Array, Array]:

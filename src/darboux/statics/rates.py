@@ -1,226 +1,236 @@
-r"""How an equilibrium changes with any parameter p of its description: the derivative of collocation's equations by p.
+"""How an equilibrium changes with any parameters of its description: tangents, and gradients by the transposed equations.
 
-The rod equations are affine in their coefficients, so that y' = g(y; c) changes by
+With the states y of a mesh at full load, and any description problem_of(p),
 
-    dg/dp = g(y; dc/dp) - g(y; 0) + (dh/dp) / h g(y; c)                                              (1)
+    F(y, p) = 0,     A dy / dp = -dF / dp,     d(w.y) / dp = -z.dF / dp  with  A^T z = w                       (1)
 
-at a stage of an element of width h: breaks of the data, and places of loads and supports, may move with p, and the mesh stretches
-between them. On an element, with the Jacobians J_l at the stages,
+What F holds of the description is packed, and it is the packing that is differentiated, never a solve: by differences of
+order 8, whose error is rounding. Lengths count in x = s / L, and the units of the dimensionless numbers change with p too. Where
+breaks move with p, as the place of a load does, or all places with the length, the mesh stretches with them: a node keeps its
+share of the piece between two breaks. A width h that changes by h' is one more change of the slopes, h' / h g.
 
-    dY_j = dy_0 + h sum_l a_jl (J_l dY_l + dg_l/dp),     dy_1 = dy_0 + h sum_l b_l (J_l dY_l + dg_l/dp)          (2)
+The mesh is frozen, so this is the derivative of the discrete solution to rounding; of the exact one it has the mesh's error.
 
-which gives T and W of dy_1 = T dy_0 + W (dg_1/dp, ..., dg_s/dp). With the derivatives of what the supports ask for, the matrix of
-all nodes and its right sides are there; dc/dp and the like come from differences of the packing, never of a solve.
-
-Reference: A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed. (SIAM, 2008), section 15.1 (implicit functions).
+References: B. Fornberg, Math. Comp. 51 (1988) 699, table 1 (the weights); D. G. Cacuci, J. Math. Phys. 22 (1981) 2794 (adjoints).
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from darboux import frames
-from darboux.kernels import factored, rod_equations
-from darboux.kernels import support as support_kernel
-from darboux.kernels.collocation import SHAPED_COUPLE as COUPLE
-from darboux.kernels.factored import Border, Factors
-from darboux.kernels.gauss import METHODS, PER_METHOD
+from darboux.errors import InvalidInput, NotConverged
+from darboux.kernels import response as kernel
+from darboux.kernels.collocation import SHAPED_COUPLE
+from darboux.kernels.response import LOADS, ORDER_8, Rates
 from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION, STATES
-from darboux.kernels.system import FREE, SIDES
-from darboux.packing.coefficients import slopes
+from darboux.kernels.support import FRAME, FRAME_RATE, NUMBERS, PLACE_RATE, SLIDING_AXES
+from darboux.kernels.system import FREE, M_, N_, PHI
 from darboux.packing.problem import Packing
 from darboux.problem import Equilibrium
+from darboux.solution import EquilibriumSolution
+from darboux.statics.collocation_equations import Equations, kinks
+from darboux.statics.linearised import Linearised
 from darboux.statics.mesh import Mesh, stage_points
 
 Array = NDArray[np.float64]
+ProblemOf = Callable[[Array], Equilibrium]
 
-STEP = 1e-3  # of a parameter
-OFFSETS = np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 3.0])  # of central differences of order 6, in steps
-WEIGHTS = np.array([-1.0, 9.0, -45.0, 45.0, -9.0, 1.0]) / 60.0
-HALF = FREE // 2
+STEP = 4e-3  # of a parameter's size, in differences: of a fourth power they leave 1e-13, of smoother laws less
+SETTLED = 1e-13  # of the last of Newton's steps to the equilibrium that is differentiated
+MOST_STEPS = 20
 
 
-@dataclass(frozen=True)
-class Change:
-    """What changes with a parameter: right sides (N + 1, 12) in the order of the matrix's rows, and the units.
+class Packed(NamedTuple):
+    """What the equations of a mesh hold of one description, at given states: everything here changes smoothly with parameters."""
 
-    ``unit`` (13,) and ``origin`` (3,) are the derivatives of what dimensionless states are multiplied by and counted from.
+    x: Array  # (N + 1,), the nodes
+    c: Array  # (N, stages, columns), the coefficients at Gauss' points
+    shaped: Array  # (N, stages, 6), f and l of the loads that are functions of the shape, or none
+    supports: Array  # (supports, NUMBERS), what holds the rod
+    unit: Array  # (13,), by which a state is multiplied
+    origin: Array  # (13,), what is added to it then
+
+
+class Derivatives(NamedTuple):
+    """What the equations of a mesh hold, by P parameters: what `kernels.response.right_sides` takes, and more for SI units."""
+
+    rates: Rates
+    x: Array  # (P, N + 1), of the nodes
+    unit: Array  # (P, 13)
+    origin: Array  # (P, 13)
+
+
+class Tangents(NamedTuple):
+    """An equilibrium at its nodes, and its derivatives by P parameters, in SI units.
+
+    ``dy`` belongs to a node that moves with the breaks and the length, by ``ds``; at a fixed s it is dy - y' ds.
     """
 
-    right: Array
-    unit: Array
-    origin: Array
+    s: Array  # (N + 1,)
+    y: Array  # (N + 1, 13)
+    ds: Array  # (P, N + 1)
+    dy: Array  # (P, N + 1, 13)
 
 
-class Linearised:
-    """The equations of collocation about an equilibrium at full load: ``mesh`` holds it, dimensionless."""
+def settled(solution: EquilibriumSolution, stages: int = 4) -> tuple[Equations, Mesh]:
+    """Return the equations of a solution, and its mesh with Newton's method done to rounding.
 
-    def __init__(self, problem: Equilibrium, mesh: Mesh) -> None:
-        self.packing, self.mesh = Packing(problem), mesh
-        self._wide = np.flatnonzero(mesh.wide)
-        self._points = stage_points(mesh.x, mesh.stages)[self._wide]
-        self._slopes, self.T, self.W = self._responses()
-
-    def tangent(self, problem_of: Callable[[float], Equilibrium], p: float, step: float = 0.0) -> Array:
-        """Return dy/dp (N + 1, 13) of the nodes in SI units, at a fixed share of each part between breaks.
-
-        ``problem_of(p)`` is the problem itself, and differs near p by what the parameter changes; ``step`` of the differences, as
-        p has it, else a thousandth of p.
-        """
-        change = self.change(problem_of, p, step)
-        return self.in_units(self.solved(change.right), change)
-
-    def solved(self, right: Array) -> Array:
-        """Return the steps (N + 1, 12) of the nodes for right sides (N + 1, 12), in the order of the matrix's rows."""
-        delta = right.ravel().copy()
-        factored.solve(self.factors, NO_BORDER, delta, np.empty(0), 1)
-        return delta.reshape(-1, FREE)
-
-    def adjoint(self, outputs: Array) -> Array:
-        """Return z (N + 1, 12) with A^T z = outputs (N + 1, 12), by the nodes' steps: an output changes by z . right."""
-        z = outputs.ravel().copy()
-        factored.solve_transposed(self.factors, NO_BORDER, z, np.empty(0), 1)
-        return z.reshape(-1, FREE)
-
-    def in_units(self, delta: Array, change: Change) -> Array:
-        """Return the change (N + 1, 13) in SI units of nodes that move by delta (N + 1, 12), with that of the units."""
-        scale = self.packing.scale
-        turn = np.concatenate([np.zeros((len(delta), 1)), 0.5 * delta[:, 3:6]], axis=1)
-        dq = frames.product(self.mesh.y[:, ROTATION:FORCE], turn)
-        dy = np.concatenate([delta[:, :3], dq, delta[:, 6:]], axis=1) * _unit(scale.length, scale.force, scale.moment)
-        dy += change.unit * self.mesh.y
-        dy[:, :ROTATION] += change.origin
-        return dy
-
-    @cached_property
-    def factors(self) -> Factors:
-        """The factored matrix."""
-        blocks = np.zeros((len(self.mesh.x) - 1, FREE, 2 * FREE))
-        blocks[self._wide, :, :FREE] = self.T
-        blocks[self._wide, :, FREE:] = -np.eye(FREE)
-        for i, (_, station) in zip(self.mesh.joints, self.packing.stations, strict=True):
-            rows = np.empty((FREE, 2 * FREE + SIDES))
-            support_kernel.joint(station.numbers(1.0), self.mesh.y[i], self.mesh.y[i + 1], 1.0, rows.ravel())
-            blocks[i] = rows[:, : 2 * FREE]
-        ends = [c.system(y, 1.0)[:, :FREE] for c, y in zip(self.packing.ends, self.mesh.y[[0, -1]], strict=True)]
-        factors = factored.new_factors(len(blocks))
-        factored.factor(
-            np.ascontiguousarray(ends[0]).ravel(), blocks.ravel(), np.ascontiguousarray(ends[1]).ravel(), factors
+    Raises ``NotConverged`` where that does not contract, as at a fold.
+    """
+    equations = Equations(solution.problem, stages)
+    found = equations.newton(equations.mesh_of(solution, every=1), 1.0, SETTLED, MOST_STEPS)
+    if found is None:
+        raise NotConverged(
+            "Newton's method did not settle at the solution, so it has no derivative: a fold or a bifurcation may be there. "
+            "Solve with a smaller rtol, or change a parameter a little.",
+            solution,
         )
-        return factors
-
-    def change(self, problem_of: Callable[[float], Equilibrium], p: float, step: float = 0.0) -> Change:
-        """Return what a parameter changes: minus the derivative of all equations, and that of the units."""
-        step = step or STEP * (abs(p) or 1.0)
-        packings = [Packing(problem_of(p + offset * step)) for offset in OFFSETS]
-        breaks = self.packing.breaks
-        if any(len(packing.breaks) != len(breaks) for packing in packings):
-            raise ValueError("the number of breaks changes with the parameter")
-
-        def rate(values: list[Array]) -> Array:
-            return np.asarray(np.tensordot(WEIGHTS, np.array(values), axes=1) / step)
-
-        own, ends = np.array([0.0, *breaks, 1.0]), [np.array([0.0, *packing.breaks, 1.0]) for packing in packings]
-        points = [np.interp(self._points, own, end) for end in ends]
-        widths = rate([np.diff(np.interp(self.mesh.x, own, end))[self._wide] for end in ends])
-        c = rate([packing.columns(x.ravel()) for packing, x in zip(packings, points, strict=True)])
-        Y = self.mesh.Y[self._wide].reshape(-1, STATES)
-        dg = slopes(c, Y) - slopes(np.zeros_like(c), Y)  # (1)
-        dg[:, FORCE:] -= rate([_shaped(packing, x, Y) for packing, x in zip(packings, points, strict=True)])
-        dg = dg.reshape(len(self._wide), -1, STATES)
-        dg += (widths / np.diff(self.mesh.x)[self._wide])[:, None, None] * self._slopes
-        rows = np.zeros((len(self.mesh.x) - 1, FREE))
-        rows[self._wide] = -np.einsum("nrk,nk->nr", self.W, dg.reshape(len(dg), -1))
-        for number, i in enumerate(self.mesh.joints):
-            before, behind = self.mesh.y[i], self.mesh.y[i + 1]
-            rows[i] = rate([_joint(packing.stations[number][1].numbers(1.0), before, behind) for packing in packings])
-        asked = [-rate([packing.ends[k].values(self.mesh.y[-k], 1.0) for packing in packings]) for k in (0, 1)]
-        units = rate([_unit(x.scale.length, x.scale.force, x.scale.moment) for x in packings])
-        right = np.concatenate([asked[0], rows.ravel(), asked[1]]).reshape(-1, FREE)
-        return Change(right, units, rate([packing.scale.origin for packing in packings]))
-
-    def _responses(self) -> tuple[Array, Array, Array]:
-        """(2): return the slopes at the stages (n, s, 13), T (n, 12, 12) and W (n, 12, 13 s) of the elements with a width."""
-        mesh, s = self.mesh, self.mesh.stages
-        Y, h = mesh.Y[self._wide], np.diff(mesh.x)[self._wide]
-        numbers = METHODS[s * PER_METHOD + s : s * PER_METHOD + s + s * (s + 1)].reshape(s + 1, s)
-        a, b = numbers[:-1], numbers[-1]
-        c = self.packing.columns(self._points.ravel())
-        flat = Y.reshape(-1, STATES)
-        g, J = slopes(c, flat), np.empty((len(flat), STATES, STATES))
-        for k in range(len(flat)):
-            rod_equations.jacobian(flat[k], c[k], J[k].ravel())
-        g[:, FORCE:] -= _shaped(self.packing, self._points, flat)
-        J -= _shaped_jacobian(self.packing, self._points, flat)
-        n, size = len(h), s * STATES
-        by_state = J.reshape(n, s, STATES, STATES)
-        by_stages = np.einsum("n,jl,nlab->njalb", h, a, by_state).reshape(n, size, size)
-        right = np.zeros((n, size, STATES + size))  # of dy_0, and of dg at the stages
-        right[:, :, :STATES] = np.tile(np.eye(STATES), (s, 1))
-        right[:, :, STATES:] = h[:, None, None] * np.kron(a, np.eye(STATES))
-        dY = np.linalg.solve(np.eye(size) - by_stages, right).reshape(n, s, STATES, -1)
-        end = np.einsum("n,l,nlab,nlbk->nak", h, b, by_state, dY)
-        end[:, :, :STATES] += np.eye(STATES)
-        end[:, :, STATES:] += h[:, None, None] * np.kron(b, np.eye(STATES))
-        end = _from_quaternions(mesh.y[self._wide + 1], end)
-        T = np.concatenate(
-            [end[:, :, :3], _of_turns(mesh.y[self._wide], end[:, :, ROTATION:FORCE]), end[:, :, FORCE:STATES]], axis=2
-        )
-        return g.reshape(n, s, STATES), T, end[:, :, STATES:]
+    return equations, found[0]
 
 
-NO_BORDER = Border(np.empty(0), np.empty(0), np.empty(0))
+def packed(problem: Equilibrium, mesh: Mesh, breaks: Array, jumps: bool = True) -> Packed:
+    """Return what the equations of a mesh hold of a description, whose breaks replace those (n,) on which the mesh stands.
+
+    ``jumps`` as for `kinks`.
+    """
+    packing = Packing(problem)
+    moved, _ = kinks(problem, packing.table if problem.dense else None, jumps)
+    if len(moved) != len(breaks):
+        raise _Changed
+    x = np.interp(mesh.x, np.concatenate([[0.0], breaks, [1.0]]), np.concatenate([[0.0], moved, [1.0]]))
+    points = stage_points(x, mesh.stages).ravel()
+    c = packing.table(points) if problem.dense else packing.columns(points)
+    shaped = np.zeros((0, mesh.stages, LOADS))
+    if problem.of_shape:
+        Y = mesh.Y.reshape(-1, STATES)
+        R = frames.matrix_of_quaternion(Y[:, ROTATION:FORCE])
+        all_of_it = packing.of_shape(points, Y[:, :ROTATION], R, slopes=False)
+        parts = all_of_it[:, :3], all_of_it[:, SHAPED_COUPLE : SHAPED_COUPLE + 3]
+        shaped = np.concatenate(parts, axis=1).reshape(-1, mesh.stages, LOADS)
+    places = [packing.start, *(conditions for _, conditions in packing.stations), packing.end]
+    supports = np.array([conditions.numbers(1.0) for conditions in places])
+    scale = packing.scale
+    unit = np.repeat([scale.length, 1.0, scale.force, scale.moment], [3, 4, 3, 3])
+    origin = np.concatenate([scale.origin, np.zeros(STATES - 3)])
+    return Packed(x, c.reshape(len(x) - 1, mesh.stages, -1), shaped, supports, unit, origin)
 
 
-def _unit(length: float, force: float, moment: float) -> Array:
-    """Return by what the 13 dimensionless states are multiplied."""
-    return np.repeat([length, 1.0, force, moment], [3, 4, 3, 3])
+class _Changed(Exception):  # noqa: N818  # what happened
+    """The description changed in kind, which has no derivative."""
 
 
-def _joint(numbers: Array, before: Array, behind: Array) -> Array:
-    """Return minus what the twelve equations of a station leave over."""
-    rows = np.empty((FREE, 2 * FREE + SIDES))
-    support_kernel.joint(numbers, before, behind, 1.0, rows.ravel())
-    return rows[:, 2 * FREE]
+def derivatives(
+    equations: Equations, mesh: Mesh, problem_of: ProblemOf, p: Array, sizes: Array | None = None
+) -> Derivatives:
+    """Return how what the equations of a mesh hold changes with the parameters p (P,) of a description.
+
+    ``sizes`` (P,) are those by which the parameters count as large: their own, unless given, as a parameter that is 0 needs. A
+    change of 1.6 % of that must not change in kind what holds the rod or where something jumps. Raises ``InvalidInput``.
+    """
+    p = np.asarray(p, dtype=float)
+    steps = STEP * np.abs(p if sizes is None else np.asarray(sizes, dtype=float))
+    if not np.all(steps > 0.0):
+        raise InvalidInput(f"parameter {int(np.argmin(steps))} is 0 and has no size; give one for each in sizes.")
+    problem = problem_of(p)
+    packing = functools.partial(packed, mesh=mesh, breaks=equations.breaks, jumps=len(problem.jumps) > 0)
+    here = packing(problem)
+    changes = [_difference(lambda p: packing(problem_of(p)), p, k, steps[k], here) for k in range(len(p))]
+    x, c, shaped, supports, unit, origin = (np.array(part) for part in zip(*changes, strict=True))
+    width = np.diff(mesh.x)
+    widths = np.divide(np.diff(x, axis=1), width, out=np.zeros((len(p), len(width))), where=width > 0.0)
+    rates = Rates(*(np.ascontiguousarray(part).ravel() for part in (c, widths, shaped, supports)))
+    return Derivatives(rates, x, unit, origin)
 
 
-def _shaped(packing: Packing, points: Array, states: Array) -> Array:
-    """Return the force and the couple per length (n, 6) of loads that are functions of the shape."""
-    R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
-    shaped = packing.of_shape(points.ravel(), states[:, :3], R, slopes=False)
-    return np.concatenate([shaped[:, :3], shaped[:, COUPLE : COUPLE + 3]], axis=1)
+def _difference(packing: Callable[[Array], Packed], p: Array, k: int, step: float, here: Packed) -> Packed:
+    """Return the derivative of what is packed by parameter k."""
+    total = [np.zeros_like(part) for part in here]
+    for number, weight in enumerate(ORDER_8, start=1):
+        for sign in (1.0, -1.0):
+            there = p.copy()
+            there[k] += sign * number * step
+            try:
+                found = _alike(packing(there), here)
+            except _Changed:
+                raise InvalidInput(
+                    f"parameter {k}: what holds the rod, or where something jumps, changes in kind between {p[k]:g} and "
+                    f"{there[k]:g}, so there is no derivative. Give a smaller size in sizes, or another parameter."
+                ) from None
+            for part, change in zip(total, found, strict=True):
+                part += sign * weight / step * change
+    return Packed(*total)
 
 
-def _shaped_jacobian(packing: Packing, points: Array, states: Array) -> Array:
-    """Return their derivatives (n, 13, 13) by the states: f in the rows of n, l in those of m."""
-    R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
-    shaped, result = packing.of_shape(points.ravel(), states[:, :3], R), np.zeros((len(states), STATES, STATES))
-    for row, at in ((FORCE, 0), (MOMENT, COUPLE)):
-        result[:, row : row + 3, :ROTATION] = shaped[:, at + 3 : at + 12].reshape(-1, 3, 3)
-        by_turn = shaped[:, at + 12 : at + 21].reshape(-1, 3, 3)
-        result[:, row : row + 3, ROTATION:FORCE] = by_turn @ _turns(states[:, ROTATION:FORCE])
+def _alike(found: Packed, here: Packed) -> Packed:
+    """Return what was packed, with quaternions of the same sign; raises ``_Changed`` where it is of another kind."""
+    if any(one.shape != other.shape for one, other in zip(found, here, strict=True)):
+        raise _Changed
+    if np.any(found.supports[:, :SLIDING_AXES] != here.supports[:, :SLIDING_AXES]):
+        raise _Changed
+    frame = slice(FRAME, PLACE_RATE)
+    signs = np.sign(np.sum(found.supports[:, frame] * here.supports[:, frame], axis=1, keepdims=True))
+    found.supports[:, frame] *= signs
+    found.supports[:, FRAME_RATE:NUMBERS] *= signs
+    return found
+
+
+def right_sides(linearised: Linearised, derivatives: Derivatives) -> Array:
+    """Return -dF / dp (n, P) of an equilibrium's equations."""
+    out = np.empty((linearised.size, len(derivatives.x)))
+    kernel.right_sides(
+        linearised.system, linearised.supports, linearised.response.ravel(), derivatives.rates, out.ravel()
+    )
+    return out
+
+
+def tangents(equations: Equations, mesh: Mesh, problem_of: ProblemOf, p: Array, sizes: Array | None = None) -> Tangents:
+    """Return an equilibrium at full load and its derivatives by the parameters p (P,), one solution of (1) for each.
+
+    problem_of(p) is the problem of the equations; sizes as for `derivatives`.
+    """
+    linearised, by = Linearised(equations, mesh), derivatives(equations, mesh, problem_of, p, sizes)
+    delta = linearised.plain.solve(right_sides(linearised, by)).T.reshape(-1, len(mesh.x), FREE)
+    unit, origin = _units(equations)
+    length = equations.scale.length
+    dy = np.einsum("nij,pnj->pni", _states_of_unknowns(mesh.y), delta) * unit
+    dy += by.unit[:, None] * mesh.y + by.origin[:, None]
+    return Tangents(mesh.x * length, mesh.y * unit + origin, by.x * length + mesh.x * by.unit[:, :1], dy)
+
+
+def gradients(
+    equations: Equations, mesh: Mesh, problem_of: ProblemOf, p: Array, weights: Array, sizes: Array | None = None
+) -> Array:
+    """Return d(w.y) / dp (m, P) of outputs w.y, by one transposed solution of (1) for each output.
+
+    ``weights`` w (m, N + 1, 13) of the states at the nodes in SI units, which move as those of `Tangents` do.
+    """
+    linearised, by = Linearised(equations, mesh), derivatives(equations, mesh, problem_of, p, sizes)
+    unit, _ = _units(equations)
+    w = np.einsum("nij,mni->mnj", _states_of_unknowns(mesh.y), weights * unit)
+    z = linearised.plain.solve_transposed(w.reshape(len(weights), -1).T)
+    of_units = np.einsum("mni,pni->mp", weights, by.unit[:, None] * mesh.y + by.origin[:, None])
+    return np.asarray(z.T @ right_sides(linearised, by) + of_units)
+
+
+def _units(equations: Equations) -> tuple[Array, Array]:
+    """Return unit and origin (13,) of the states."""
+    scale = equations.scale
+    unit = np.repeat([scale.length, 1.0, scale.force, scale.moment], [3, 4, 3, 3])
+    return unit, np.concatenate([scale.origin, np.zeros(STATES - 3)])
+
+
+def _states_of_unknowns(y: Array) -> Array:
+    """Return d(r, q, n, m) / d(dr, phi, dn, dm) (n, 13, 12) at the states y (n, 13): dq = 1/2 q (0, phi), all else the same."""
+    result = np.zeros((len(y), STATES, FREE))
+    result[:, range(3), range(3)] = 1.0
+    for a, e in enumerate(np.eye(4)[1:]):
+        result[:, ROTATION:FORCE, PHI + a] = 0.5 * frames.product(y[:, ROTATION:FORCE], np.tile(e, (len(y), 1)))
+    result[:, range(FORCE, MOMENT), range(N_, M_)] = 1.0
+    result[:, range(MOMENT, STATES), range(M_, FREE)] = 1.0
     return result
-
-
-def _turns(q: Array) -> Array:
-    """Return the matrices (n, 3, 4) of phi = 2 vec(conj(q) dq) / |q|^2, the small rotation in the section's frame."""
-    w, x, y, z = (2.0 * q / np.sum(q**2, axis=1, keepdims=True)).T
-    return np.stack([-x, w, z, -y, -y, -z, w, x, -z, y, -x, w], axis=1).reshape(-1, 3, 4)
-
-
-def _from_quaternions(y: Array, end: Array) -> Array:
-    """Replace the four rows of dq by the three of phi behind the element: (n, 13, k) becomes (n, 12, k)."""
-    phi = _turns(y[:, ROTATION:FORCE]) @ end[:, ROTATION:FORCE]
-    return np.concatenate([end[:, :ROTATION], phi, end[:, FORCE:]], axis=1)
-
-
-def _of_turns(y: Array, by_quaternion: Array) -> Array:
-    """Replace four columns of dq by three of phi before the element: dq = 1/2 q (0, phi)."""
-    q = y[:, ROTATION:FORCE]
-    columns = [frames.product(q, np.broadcast_to(np.eye(4)[1 + a] * 0.5, q.shape)) for a in range(3)]
-    return by_quaternion @ np.stack(columns, axis=2)
