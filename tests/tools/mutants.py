@@ -212,6 +212,7 @@ MUTANTS = (
     Mutant("kernels/step_control.py", "WANTED_SHARE * predicted / corrected", "predicted / corrected", "kernels/test_path.py::test_the_corrector_would_turn_the_rod_as_wanted"),
     Mutant("kernels/step_control.py", "max(LARGEST_SHARE * predicted, unseen)", "LARGEST_SHARE * predicted", "kernels/test_path.py::test_the_corrector_may_turn_the_rod_by_a_share_of_what_was_predicted"),
     Mutant("kernels/step_control.py", "(WANTED_CORRECTED_TURN / corrected) ** (1.0 / (order + 1))", "(WANTED_CORRECTED_TURN / corrected) ** (1.0 / order)", "kernels/test_path.py::test_the_corrector_would_turn_the_rod_as_wanted"),
+    Mutant("kernels/singular_values.py", "max(FREE_MOTION, unsure)", "FREE_MOTION", "kernels/test_singular_values.py::test_what_is_unsure_makes_a_motion_free_that_rounding_would_not"),
     Mutant("kernels/singular_values.py", "sine * x + cosine * y", "sine * x - cosine * y", SINGULAR),
     Mutant("kernels/singular_values.py", "last[row * WIDTH + k] *= unit[k]", "last[row * WIDTH + k] *= 1.0", LARGE_FORCE),
     Mutant("kernels/singular_values.py", "+= unit[k] * V[k * SIZE + j] * wanted", "+= V[k * SIZE + j] * wanted", LARGE_FORCE),

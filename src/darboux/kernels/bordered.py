@@ -13,7 +13,8 @@ six at the end. With k columns and k rows more, the borders, they read
 Each node is eliminated with pivots from the 18 rows at hand: six that are left over from the node before, and its element's
 twelve. That is Gaussian elimination with partial pivoting of all rows but the borders', which are reduced and never chosen. The
 last node and the borders come last, 12 + k equations, and are solved by complete pivoting. A matrix that is singular without
-its borders is so in its last node alone, and there they make it regular: no block elimination divides by what is small. The
+its borders is so in its last node alone, and there they make it regular: no block elimination divides by what is small. One
+case is left out: a part between two places that are clamped and singular by itself has its small pivot on the way. The
 steps E are kept, E M = U, and so M^T z = c is U^T w = c, z = E^T w.
 
 References: U. M. Ascher, R. M. M. Mattheij, R. D. Russell, Numerical Solution of Boundary Value Problems (SIAM, 1995), section
