@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.algebra import add_multiple
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 from darboux.kernels.system import FREE
 
 Array = NDArray[np.float64]
@@ -88,7 +88,7 @@ def _swap(x: Array, i: int, j: int, width: int) -> None:
         x[i * width + a], x[j * width + a] = x[j * width + a], x[i * width + a]
 
 
-@jit
+@allocating
 def _begin(matrix: Matrix, borders: Borders, k: int, carried: Array) -> None:
     """Write the rows that are there before the first element: the start's and the borders', (6 + k x 12 + k,)."""
     width, unknowns = FREE + k, matrix.blocks.size // (2 * FREE) + FREE
@@ -101,7 +101,7 @@ def _begin(matrix: Matrix, borders: Borders, k: int, carried: Array) -> None:
         carried[at + FREE : at + width] = borders.corner[row * k : (row + 1) * k]
 
 
-@jit
+@allocating
 def _gather(matrix: Matrix, borders: Borders, i: int, k: int, carried: Array, V: Array) -> None:
     """Put an element's rows between those that are left over and the borders': V (18 + k x 24 + k,)."""
     width, own, unknowns = 2 * FREE + k, FREE + k, matrix.blocks.size // (2 * FREE) + FREE
@@ -142,7 +142,7 @@ def _eliminate_node(V: Array, k: int, pivots: Whole) -> float:
     return sign
 
 
-@jit
+@allocating
 def _keep(V: Array, i: int, k: int, factors: Factors, carried: Array) -> None:
     """Keep an element's factors, and the rows that are left over."""
     width, own = 2 * FREE + k, FREE + k
@@ -157,7 +157,7 @@ def _keep(V: Array, i: int, k: int, factors: Factors, carried: Array) -> None:
             carried[(row - FREE) * own : (row - FREE + 1) * own] = rest
 
 
-@jit
+@allocating
 def _gather_last(matrix: Matrix, borders: Borders, k: int, carried: Array, A: Array) -> None:
     """Put the conditions of the end between the rows that are left over and the borders': A (12 + k x 12 + k,)."""
     own, first = FREE + k, matrix.blocks.size // (2 * FREE) + HALF
@@ -209,7 +209,7 @@ def _factor_last(A: Array, sizes: Array, order: Whole) -> float:
     return sign * least / first
 
 
-@jit
+@allocating
 def factor(matrix: Matrix, borders: Borders, factors: Factors) -> float:
     """Factor (1); return the least pivot of the last equations over their largest, with the sign of the determinant.
 
@@ -283,7 +283,7 @@ def _back_transposed(factors: Factors, i: int, w: Array, sides: int) -> None:
             add_multiple(w, to, -factors.beyond[(i * FREE + j) * own + a], w, of, sides)
 
 
-@jit
+@allocating
 def _solve_last(factors: Factors, x: Array, sides: int) -> None:
     """Solve the last equations in the place of their right sides."""
     A, n, order, y = factors.last, factors.sizes.size, factors.order, np.empty(x.size)
@@ -302,7 +302,7 @@ def _solve_last(factors: Factors, x: Array, sides: int) -> None:
             x[order[n + j] * sides + side] = y[j * sides + side]
 
 
-@jit
+@allocating
 def _solve_last_transposed(factors: Factors, x: Array, sides: int) -> None:
     """The same for the transposed equations."""
     A, n, order, y = factors.last, factors.sizes.size, factors.order, np.empty(x.size)
@@ -321,7 +321,7 @@ def _solve_last_transposed(factors: Factors, x: Array, sides: int) -> None:
             x[order[j] * sides + side] = y[j * sides + side] / factors.sizes[order[j]]
 
 
-@jit
+@allocating
 def solve(factors: Factors, b: Array, x: Array) -> None:
     """Solve M x = b: b by equations, x by unknowns, both (12 (N + 1) + k, sides) flat, the borders' last."""
     k, elements = _borders(factors), factors.pivots.size // FREE
@@ -343,7 +343,7 @@ def solve(factors: Factors, b: Array, x: Array) -> None:
         _back(factors, i, x, sides)
 
 
-@jit
+@allocating
 def solve_transposed(factors: Factors, c: Array, z: Array) -> None:
     """Solve M^T z = c: c by unknowns, z by equations, both (12 (N + 1) + k, sides) flat, the borders' last."""
     k, elements = _borders(factors), factors.pivots.size // FREE

@@ -31,7 +31,7 @@ V3 = "x86-64-v3"
 FOR_ALL = "in a copy of the repository, DARBOUX_CPU=generic pip install ."  # how to build for every processor
 TOOLS = {"built", "build", "first_call", "jit"}  # of them calling.py alone has a part in what comes out
 TYPES = {"float64": np.dtype(np.float64), "int64": np.dtype(np.int64), "bool": np.dtype(np.bool_)}
-PUBLIC = re.compile(r"^@jit\ndef (?!_)", re.MULTILINE)
+PUBLIC = re.compile(r"^@(?:jit|allocating)\ndef (?!_)", re.MULTILINE)
 IMPORTED = re.compile(r"^from darboux\.kernels(?:\.(\w+) import|\s+import ([\w, ]+))", re.MULTILINE)
 
 

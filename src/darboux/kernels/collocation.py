@@ -46,7 +46,7 @@ from darboux.kernels.algebra import (
 )
 from darboux.kernels.element import LINE, acts, bench, is_explicit, keep, write_element, write_stages, write_steps
 from darboux.kernels.gauss import point, weight
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 from darboux.kernels.profile import columns, evaluate
 from darboux.kernels.rod_equations import (
     DEAD_MOMENT,
@@ -100,9 +100,12 @@ class Plan(NamedTuple):
     piece: NDArray[np.int64]  # the piece of the table that was found last (1,)
 
 
-@jit
-def _planned(system: System, sides: int) -> Plan:
-    """Find an order in which as many parts as possible are explicit: given by those before them and by unknown ones."""
+@allocating
+def _planned(system: System, stages: int, sides: int) -> Plan:
+    """Find an order in which as many parts as possible are explicit: given by those before them and by unknown ones.
+
+    For no stages it takes no room: an element may need no plan, see `element.py`.
+    """
     table, shaped = system.table, system.shaped.size > 0
     coupled, stretches = columns(table) > WIDTH, acts(table, SINV, K0)
     by_place, by_turn = (
@@ -128,12 +131,11 @@ def _planned(system: System, sides: int) -> Plan:
     for part in order:
         before[part] = numbers
         numbers += SIZE[part]
-    count = system.stages
-    unknowns = (STATES - explicit) * count
+    unknowns = (STATES - explicit) * stages
     width = unknowns + sides
-    X, F, J = np.empty(STATES * (count + 1) * width), np.empty(4 * width), np.zeros(count * STATES * STATES)
-    g, c = np.empty(count * SIDES * STATES), np.empty(2 * columns(table))
-    return Plan(count, order, before, links, explicit, unknowns, width, X, F, J, g, c, np.zeros(1, np.int64))
+    X, F, J = np.empty(STATES * (stages + 1) * width), np.empty(4 * width), np.zeros(stages * STATES * STATES)
+    g, c = np.empty(stages * SIDES * STATES), np.empty(2 * columns(table))
+    return Plan(stages, order, before, links, explicit, unknowns, width, X, F, J, g, c, np.zeros(1, np.int64))
 
 
 @inline
@@ -317,14 +319,15 @@ def _element(system: System, i: int, plan: Plan, start: Array, T: Array) -> None
             T[(M_ + a) * ROW + column] = sign * X[m + a * width + at]
 
 
-@jit
+@allocating
 def sweep(system: System, supports: Array, last: Array, factors: Array, kept: Array) -> float:
     """Eliminate all elements; return the sign of the pivots.
 
     supports (those of the start, of each station, of the end, NUMBERS each); last (12 x 14,) out, the twelve equations that are
     left for the end and their right sides; factors (N x 12 x ROW,) out, for `back`; kept (N x 4 stages x LINE,) out, for `advance`.
     """
-    explicit, at, plan, start = is_explicit(system), bench(), _planned(system, FREE + SIDES), np.empty(STATES)
+    explicit, at, start = is_explicit(system), bench(system.stages), np.empty(STATES)
+    plan = _planned(system, 0 if explicit else system.stages, FREE + SIDES)
     V, T = np.zeros(18 * WIDE), np.empty(FREE * ROW)
     sign, elements, station = 1.0, system.x.size - 1, 0
     size = 4 * system.stages * LINE
@@ -392,15 +395,15 @@ def _solve(plan: Plan, change: float) -> None:
         X[x + unknowns] = value if row < first else -value / X[x + row - first]
 
 
-@jit
+@allocating
 def advance(system: System, delta: Array, change: float, part: float, kept: Array, y_new: Array, Y_new: Array) -> None:
     """Write the nodes and stages moved by `part` of a step and of the load factor's change.
 
     delta (N + 1, 12, SIDES) flat, of which the first side is the step; kept as `sweep` wrote it, or none.
     """
     stages, x, y, Y = system.stages, system.x, system.y, system.Y
-    explicit, at, T, dq = is_explicit(system), bench(), np.empty(FREE * ROW), np.empty(4 * stages)
-    plan, start, moved = _planned(system, SIDES), np.empty(STATES), np.empty(STATES)
+    explicit, at, T, dq = is_explicit(system), bench(stages), np.empty(FREE * ROW), np.empty(4 * stages)
+    plan, start, moved = _planned(system, 0 if explicit else stages, SIDES), np.empty(STATES), np.empty(STATES)
     new, size, of_element = _with_states(system, y_new, Y_new), 4 * stages * LINE, np.empty(4 * stages * LINE)
     for i in range(x.size):
         _moved(y, i * STATES, delta, i * FREE * SIDES, 1.0, start)
@@ -440,7 +443,7 @@ def advance(system: System, delta: Array, change: float, part: float, kept: Arra
                         Y_new[k] = Y[k] + part * plan.X[(_row(plan, p, j) + a) * plan.width + plan.unknowns]
 
 
-@inline
+@allocating
 def _with_states(system: System, y: Array, Y: Array) -> System:
     parts = (system.table, system.rate, system.shaped, system.load_factor)
     return System(system.stages, system.x, y, Y, *parts)
@@ -459,11 +462,12 @@ def _moved(y: Array, at: int, delta: Array, k: int, part: float, out: Array) -> 
         out[MOMENT + a] = y[at + MOMENT + a] + part * delta[k + (M_ + a) * SIDES]
 
 
-@jit
+@allocating
 def transfers(system: System, transfer: Array) -> None:
     """Write T_i of (3), with rotations in the fixed frame, for every element that has a width: transfer (12 x 12 each,)."""
     x, y = system.x, system.y
-    explicit, at, plan, start = is_explicit(system), bench(), _planned(system, FREE + SIDES), np.empty(STATES)
+    explicit, at, start = is_explicit(system), bench(system.stages), np.empty(STATES)
+    plan = _planned(system, 0 if explicit else system.stages, FREE + SIDES)
     T, first = np.empty(FREE * ROW), 0
     for i in range(x.size - 1):
         if x[i + 1] == x[i]:
@@ -484,7 +488,7 @@ def transfers(system: System, transfer: Array) -> None:
         first += FREE * FREE
 
 
-@jit
+@allocating
 def solve_last(last: Array, delta: Array) -> float:
     """Solve the last twelve equations (12 x 14,) for delta (12 x SIDES,), by complete pivoting.
 
@@ -537,7 +541,7 @@ def solve_last(last: Array, delta: Array) -> float:
     return sign * least / first
 
 
-@jit
+@allocating
 def measure(y: Array, delta: Array, side: int) -> tuple[float, float]:
     """Return the largest step of a vector at a node, in the units of the states, and the largest turn.
 

@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline
 from darboux.kernels.profile import Profile, evaluate, piece_at
 from darboux.kernels.rod_equations import (
     FORCE,
@@ -288,7 +288,7 @@ def _step_sensitivity(w: Array, c: Array, profile: Profile, p: int, phi: Array, 
     _stage(phi, PHI, PHI_SLOPES, MATRIX, 1, MATRIX, 7, h, PHI)
 
 
-@jit
+@allocating
 def integrate(
     y0: Array,
     outputs: Array,
@@ -331,7 +331,7 @@ def integrate(
     return status, counts[STEPS], counts[REJECTED], counts[EVALUATIONS]
 
 
-@jit
+@allocating
 def integrate_mesh(
     y0: Array,
     s0: float,
@@ -366,7 +366,7 @@ def integrate_mesh(
     return status, counts[STEPS] + 1, counts[REJECTED], counts[EVALUATIONS]
 
 
-@jit
+@allocating
 def integrate_sensitivity(
     y0: Array,
     s0: float,

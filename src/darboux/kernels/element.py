@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 from darboux.kernels.algebra import half_product, put_quaternion, quaternion, turn, vector
 from darboux.kernels.fours import NOTHING, Four, four, four_plus, put_four
-from darboux.kernels.gauss import MOST_STAGES, inverse_weight, point, weight
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.gauss import inverse_weight, point, weight
+from darboux.kernels.jit import allocating, inline, jit
 from darboux.kernels.profile import Profile, columns, evaluate
 from darboux.kernels.rod_equations import (
     DEAD_FORCE,
@@ -71,10 +71,10 @@ class Bench(NamedTuple):
     ]  # the piece of the table that was found last, and those of which c and rate are (1 + stages,)
 
 
-@inline
-def bench() -> Bench:
-    """Return an empty one."""
-    s = MOST_STAGES
+@allocating
+def bench(stages: int) -> Bench:
+    """Return an empty one for elements of so many stages."""
+    s = stages
     return Bench(
         np.empty(s * WIDTH),
         np.empty(s * WIDTH),
@@ -108,11 +108,6 @@ def is_explicit(system: System) -> bool:
 
 
 @inline
-def _of_stage(x: Array, l: int, size: int) -> Array:
-    return x[l * size : (l + 1) * size]
-
-
-@inline
 def _explicit(system: System, i: int, s: int, at: Bench) -> None:
     """(1) and (2): write n, r and m of the stages, from the states of the node and the stages' q, and the slopes there."""
     y, Y, h, first = i * STATES, i * s * STATES, system.x[i + 1] - system.x[i], system.x[i]
@@ -124,8 +119,8 @@ def _explicit(system: System, i: int, s: int, at: Bench) -> None:
         while piece > 0 and breaks[piece] > x:
             piece -= 1
         if piece != at.piece[l + 1] or system.table.degree > 0:
-            evaluate(system.table, piece, x, _of_stage(at.c, l, WIDTH))
-            evaluate(system.rate, piece, x, _of_stage(at.rate, l, WIDTH))
+            evaluate(system.table, piece, x, at.c[l * WIDTH : (l + 1) * WIDTH])
+            evaluate(system.rate, piece, x, at.rate[l * WIDTH : (l + 1) * WIDTH])
             at.piece[l + 1] = piece
     at.piece[0] = piece
     for j in range(s):
@@ -135,7 +130,7 @@ def _explicit(system: System, i: int, s: int, at: Bench) -> None:
                 n -= h * weight(s, j, l) * at.c[l * WIDTH + DEAD_FORCE + a]
             system.Y[Y + j * STATES + FORCE + a] = n
     for l in range(s):
-        write_derivative(system.Y, Y + l * STATES, _of_stage(at.c, l, WIDTH), at.g, 2 * l * STATES, 1)
+        write_derivative(system.Y, Y + l * STATES, at.c[l * WIDTH : (l + 1) * WIDTH], at.g, 2 * l * STATES, 1)
     for j in range(s):
         for a in range(3):
             r, m = system.y[y + POSITION + a], system.y[y + MOMENT + a]
@@ -151,11 +146,12 @@ def _linearise(system: System, i: int, s: int, at: Bench) -> None:
     """Write q' of the stages, the Jacobians, and what the load factor changes in n, r' and m' at a fixed q."""
     h = system.x[i + 1] - system.x[i]
     for l in range(s):
-        y, g, c, rate = (i * s + l) * STATES, 2 * l * STATES, _of_stage(at.c, l, WIDTH), _of_stage(at.rate, l, WIDTH)
+        y, g = (i * s + l) * STATES, 2 * l * STATES
+        c, rate = at.c[l * WIDTH : (l + 1) * WIDTH], at.rate[l * WIDTH : (l + 1) * WIDTH]
         x = section(system.Y, y, c)
         put_quaternion(at.g, g + ROTATION, 1, half_product(x.q, x.k))
         write_rate(system.Y, y, rate, at.g, g + STATES)
-        write_jacobian(system.Y, y, c, _of_stage(at.J, l, SQUARE))
+        write_jacobian(system.Y, y, c, at.J[l * SQUARE : (l + 1) * SQUARE])
     for l in range(s):
         for part in range(2):
             of = POSITION if part == 0 else MOMENT

@@ -101,9 +101,12 @@ class _NoCache(NullCache):  # type: ignore[misc]
         jit.announce("at every start, for no folder is writable: name one by the variable DARBOUX_CACHE")
 
 
-def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a kernel at its first call and keep the machine code on disk where a folder is writable."""
-    dispatcher: Any = numba.njit(**calling.OPTIONS)(function)
+def kernel(function: Callable[..., Any], counts: bool) -> Any:
+    """Compile a kernel at its first call and keep the machine code on disk where a folder is writable.
+
+    ``counts``: whether it counts who refers to an array, which takes time and which only those need that make arrays.
+    """
+    dispatcher: Any = numba.njit(_nrt=counts, **calling.OPTIONS)(function)
     if hasattr(dispatcher, "_cache"):  # not where numba is told to compile nothing
         dispatcher._cache = _NoCache() if CACHE is None else _KernelCache(function)
     return dispatcher
@@ -111,4 +114,4 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 def helper(function: Callable[..., Any]) -> Any:
     """Compile a small helper that LLVM inlines into every kernel: nothing of it is cached on its own."""
-    return numba.njit(forceinline=True, **calling.OPTIONS)(function)
+    return numba.njit(forceinline=True, _nrt=False, **calling.OPTIONS)(function)

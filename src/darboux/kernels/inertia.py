@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.fours import four, four_plus, put_four
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 
 Array = NDArray[np.float64]
 
@@ -121,7 +121,7 @@ def _eliminate(F: Array, n: int, two: bool) -> int:
     return 1 if det < 0.0 else (2 if a < 0.0 else 0)
 
 
-@jit
+@allocating
 def negative_eigenvalues(diagonal: Array, below: Array, sizes: NDArray[np.int64]) -> int:
     """Count the negative eigenvalues.
 

@@ -1,4 +1,4 @@
-"""The one way a kernel is declared: `jit`, or `inline` for a small helper.
+"""The one way a kernel is declared: `jit`, `allocating` where it makes arrays, or `inline` for a small helper.
 
 Kernels compiled when darboux was built are taken where they match their sources and this processor; then numba is not even
 imported. Elsewhere numba compiles them when they are first called, and the public call says so in one line on standard error:
@@ -40,14 +40,26 @@ AT_FIRST_CALL = _at_first_call()
 
 
 def jit(function: Kernel) -> Kernel:
-    """Declare a kernel; its annotations tell how it is called, see calling.py."""
+    """Declare a kernel that works in place: it makes no arrays and gets none, so that numba counts no references in it.
+
+    Its annotations tell how it is called, see calling.py.
+    """
+    return _kernel(function, counts=False)
+
+
+def allocating(function: Kernel) -> Kernel:
+    """Declare a kernel that makes arrays, gets some from a kernel that it calls, or copies slices."""
+    return _kernel(function, counts=True)
+
+
+def _kernel(function: Kernel, counts: bool) -> Kernel:
     if not AT_FIRST_CALL:
         return built.kernel(function)  # type: ignore[no-any-return]
-    return first_call_module().kernel(function)  # type: ignore[no-any-return]
+    return first_call_module().kernel(function, counts)  # type: ignore[no-any-return]
 
 
 def inline(function: Kernel) -> Kernel:
-    """Declare a small helper that is inlined into every kernel that calls it."""
+    """Declare a small helper that is inlined into every kernel that calls it; it makes no arrays."""
     return first_call_module().helper(function) if AT_FIRST_CALL else function
 
 

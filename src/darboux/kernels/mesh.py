@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darboux.kernels.gauss import FEWEST_STAGES, METHODS, MOST_STAGES, PER_METHOD, point
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 from darboux.kernels.rod_equations import FORCE, MOMENT, POSITION, ROTATION, STATES
 
 Array = NDArray[np.float64]
@@ -26,12 +26,12 @@ for _stages in range(FEWEST_STAGES, MOST_STAGES + 1):
     POLYNOMIALS[_stages * PER_POLYNOMIAL : _stages * PER_POLYNOMIAL + 2 * (_stages + 1)] = np.append(_c, _weights)
 
 
-@inline
+@allocating
 def _points(stages: int) -> Array:
     return POLYNOMIALS[stages * PER_POLYNOMIAL : stages * PER_POLYNOMIAL + stages + 1]
 
 
-@inline
+@allocating
 def _weights_of(stages: int) -> Array:
     return POLYNOMIALS[stages * PER_POLYNOMIAL + stages + 1 : stages * PER_POLYNOMIAL + 2 * (stages + 1)]
 
@@ -48,7 +48,7 @@ def units(y: Array, out: Array) -> None:
     out[MOMENT:] = 1.0 + np.sqrt(moment)
 
 
-@jit
+@allocating
 def size(change: Array, y: Array) -> float:
     """Return the largest change of a vector at a node, change (N + 1, 13), in the units of the nodes y (M + 1, 13)."""
     unit, largest = np.empty(STATES), np.zeros(4)
@@ -63,7 +63,7 @@ def size(change: Array, y: Array) -> float:
     return float(np.sqrt(np.max(largest)))
 
 
-@jit
+@allocating
 def interpolate(x: Array, y: Array, Y: Array, stages: int, at: Array, out: Array) -> None:
     """Write the states at places by the polynomials through the start and the stages of each element.
 
@@ -88,7 +88,7 @@ def interpolate(x: Array, y: Array, Y: Array, stages: int, at: Array, out: Array
                 out[p * STATES + a] += share * values[first + a]
 
 
-@jit
+@allocating
 def roughness(x: Array, y: Array, Y: Array, stages: int, breaks: Array, out: Array) -> None:
     """Write what the polynomials of each element leave out: h^(stages + 1) times the next derivative, the largest of all states.
 
@@ -146,7 +146,7 @@ def _read_off(measure: Array, x: Array, value: float, i: int) -> tuple[float, in
     return x[i] + min(max(part, 0.0), 1.0) * (x[i + 1] - x[i]), i
 
 
-@jit
+@allocating
 def lay(x: Array, wanted: Array, elements: int, breaks: Array, nodes: Array) -> int:
     """Write nodes so that the sum of `wanted` (per old element) is about the same on every new one; return how many they are.
 
@@ -177,7 +177,7 @@ def lay(x: Array, wanted: Array, elements: int, breaks: Array, nodes: Array) -> 
     return count
 
 
-@jit
+@allocating
 def lay_on(
     x: Array, y: Array, Y: Array, stages: int, x_new: Array, y_new: Array, Y_new: Array, stages_new: int
 ) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from darboux.kernels.collocation import advance, back, measure, solve_last, sweep
 from darboux.kernels.element import LINE
-from darboux.kernels.jit import jit
+from darboux.kernels.jit import allocating, jit
 from darboux.kernels.mesh import units
 from darboux.kernels.rod_equations import FORCE, MOMENT, STATES
 from darboux.kernels.singular_values import solve_by_singular_values
@@ -66,7 +66,7 @@ def begin(work: Work) -> None:
     work.kept[LENGTH] = np.inf
 
 
-@jit
+@allocating
 def newton(system: System, supports: Array, work: Work, tolerance: float, floor: float, most: int) -> int:
     """Take at most `most` steps from the states of the system, which are moved; return why it ends.
 

@@ -18,7 +18,7 @@ from darboux.kernels import step_control as control
 from darboux.kernels.algebra import dot, quaternion, rotation, unrotate, vector
 from darboux.kernels.collocation import SHAPED, advance
 from darboux.kernels.element import LINE
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 from darboux.kernels.mesh import lay, lay_on, roughness
 from darboux.kernels.newton import CONVERGED, LOADS, LOST, SIGN, STEPS, TANGENT_TURN, TURNED, Work, begin, newton
 from darboux.kernels.profile import Profile, columns, evaluate, piece_at
@@ -105,7 +105,7 @@ def load(rod: Rod, load_factor: float, table: Array, supports: Array) -> None:
         pose(rod.ways[i * WAY : (i + 1) * WAY], load_factor, supports[i * NUMBERS : (i + 1) * NUMBERS])
 
 
-@jit
+@allocating
 def _system(rod: Rod, course: Course, nodes: Nodes, elements: int, shaped: Array, load_factor: float) -> System:
     """The system of a mesh at a load factor."""
     if course.real[LOADED] != load_factor:
@@ -123,7 +123,7 @@ def _system(rod: Rod, course: Course, nodes: Nodes, elements: int, shaped: Array
     )
 
 
-@jit
+@allocating
 def _work(rod: Rod, course: Course, elements: int) -> Work:
     """The work of Newton's method on so many elements."""
     work = course.work
@@ -138,7 +138,7 @@ def _work(rod: Rod, course: Course, elements: int) -> Work:
     )
 
 
-@jit
+@allocating
 def _copy(source: Nodes, target: Nodes, elements: int, stages: int) -> None:
     target.x[: elements + 1] = source.x[: elements + 1]
     target.y[: (elements + 1) * STATES] = source.y[: (elements + 1) * STATES]
@@ -156,7 +156,7 @@ def _floor(rod: Rod, nodes: Nodes, elements: int) -> float:
     return rod.rounding / (1.0 + largest)
 
 
-@jit
+@allocating
 def flattest(table: Profile, x: Array, y: Array) -> float:
     """Return the least stretch v3 = 1 + (S^-1 R^T n + D^T R^T m)_3 at the nodes x (N + 1,) with the states y (N + 1, 13) flat."""
     c, least = np.empty(columns(table)), np.inf
@@ -182,7 +182,7 @@ def _keep_tangent(course: Course, tangent: Array, elements: int) -> None:
         tangent[k] = course.work.delta[k * SIDES + 1]
 
 
-@jit
+@allocating
 def _begin(rod: Rod, course: Course) -> int:
     """Find the tangent and the stability of the first equilibrium."""
     real, whole, kept = course.real, course.whole, course.work.kept
@@ -258,7 +258,7 @@ def _length(tangent: Array, elements: int, part: int) -> float:
     return float(np.sqrt(square))
 
 
-@jit
+@allocating
 def _predict(rod: Rod, course: Course) -> int:
     """Move the last equilibrium along its tangent and the one before."""
     reason = _choose_step(course)
@@ -293,7 +293,7 @@ def _reject(course: Course, part: float) -> int:
     return GO_ON
 
 
-@jit
+@allocating
 def _correct(rod: Rod, course: Course) -> int:
     """Let Newton's method find the equilibrium, and see whether it is on the same branch and the mesh still good."""
     real, whole, kept, elements = course.real, course.whole, course.work.kept, course.whole[TRIED]
@@ -322,7 +322,7 @@ def _correct(rod: Rod, course: Course) -> int:
     return GO_ON
 
 
-@jit
+@allocating
 def _rough(rod: Rod, course: Course) -> Array:
     """What the polynomials of the tried mesh leave out, for each element with a width."""
     elements, tried = course.whole[TRIED], course.tried
@@ -335,7 +335,7 @@ def _rough(rod: Rod, course: Course) -> Array:
     return rough
 
 
-@jit
+@allocating
 def _lay(rod: Rod, course: Course) -> int:
     """Lay a better mesh for the tried equilibrium."""
     whole, tried, laid, elements = course.whole, course.tried, course.laid, course.whole[TRIED]
@@ -367,7 +367,7 @@ def _lay(rod: Rod, course: Course) -> int:
     return LOADS_WANTED if course.shaped.size > 0 else GO_ON
 
 
-@jit
+@allocating
 def _settle(rod: Rod, course: Course) -> int:
     """Solve on the better mesh; where that does not contract the old one serves."""
     real, whole, kept, elements = course.real, course.whole, course.work.kept, course.whole[LAID]
@@ -388,7 +388,7 @@ def _settle(rod: Rod, course: Course) -> int:
     return GO_ON
 
 
-@jit
+@allocating
 def _judge(rod: Rod, course: Course) -> int:
     """Count the unstable directions; a change of stability counts once the step is short."""
     real, whole = course.real, course.whole
@@ -421,7 +421,7 @@ def _keep_last_tangent(course: Course) -> None:
             course.last_tangent[k * FREE + a] = before + part * (behind - before)
 
 
-@jit
+@allocating
 def _accept(rod: Rod, course: Course) -> int:
     """Take the step, and choose the next one."""
     real, whole, elements = course.real, course.whole, course.whole[TRIED]

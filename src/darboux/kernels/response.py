@@ -29,7 +29,7 @@ from darboux.kernels.algebra import half_product, put_quaternion, quaternion, tu
 from darboux.kernels.bordered import HALF, Matrix
 from darboux.kernels.collocation import BEGIN, M, N, Plan, Q, R, _condense, _eliminate, _linearise, _planned, _row
 from darboux.kernels.gauss import weight
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 from darboux.kernels.rod_equations import FORCE, POSITION, ROTATION, STATES, UNIT, write_rate
 from darboux.kernels.support import (
     CONDITIONS,
@@ -115,7 +115,7 @@ def _respond(system: System, i: int, plan: Plan, start: Array, answers: int, out
             out[(M_ + a) * sides + k] = X[(m + a) * width + at]
 
 
-@jit
+@allocating
 def _place(out: Array, i: int, answers: int, matrix: Matrix, sides: Array, response: Array) -> None:
     """Put an element's rows where they belong."""
     width = FREE + answers + SIDES
@@ -130,7 +130,7 @@ def _place(out: Array, i: int, answers: int, matrix: Matrix, sides: Array, respo
             sides[(HALF + i * FREE + row) * SIDES + side] = -out[of + FREE + answers + side]
 
 
-@jit
+@allocating
 def _place_joint(out: Array, i: int, answers: int, matrix: Matrix, sides: Array, response: Array) -> None:
     """Put a joint's rows (12 x 26,) where they belong."""
     for row in range(FREE):
@@ -154,7 +154,7 @@ def _small_enough(du: Array, delta: Array) -> float:
     return TURNED / largest if largest > 0.0 else 1.0
 
 
-@jit
+@allocating
 def change_of_values(
     support: Array, du: Array, y: Array, delta: Array, load_factor: float, by_factor: float, out: Array
 ) -> None:
@@ -181,7 +181,7 @@ def change_of_values(
                 out[row] += sign * ORDER_8[k - 1] / t * found[row]
 
 
-@jit
+@allocating
 def _sharpen(support: Array, y: Array, load_factor: float, own: Array) -> None:
     """Write the rows of a groove or of a spring that turns anew, which `conditions` takes by differences of order 2."""
     if support[GROOVE] == 0.0 and support[SPRUNG] == 0.0:
@@ -198,7 +198,7 @@ def _sharpen(support: Array, y: Array, load_factor: float, own: Array) -> None:
         delta[:] = 0.0
 
 
-@jit
+@allocating
 def _at_joint(system: System, i: int) -> Array:
     """The state whose conditions are those of a joint: with the jumps of n and m for both."""
     y = system.y[i * STATES : (i + 1) * STATES].copy()
@@ -207,7 +207,7 @@ def _at_joint(system: System, i: int) -> Array:
     return y
 
 
-@jit
+@allocating
 def _write_joint(system: System, i: int, support: Array, out: Array) -> None:
     """Write the twelve equations of a joint, (12 x 26,)."""
     here, width, own = i * STATES, 2 * FREE + SIDES, np.empty(CONDITIONS * OF_CONDITIONS)
@@ -227,7 +227,7 @@ def _write_joint(system: System, i: int, support: Array, out: Array) -> None:
             out[(HALF + row) * width + 2 * FREE + k] = own[row * OF_CONDITIONS + FREE + k]
 
 
-@jit
+@allocating
 def _write_end(support: Array, y: Array, load_factor: float, rows: Array, sides: Array) -> None:
     """Write the six conditions of an end, rows (6 x 12,) and sides (6 x SIDES,)."""
     own = np.empty(CONDITIONS * OF_CONDITIONS)
@@ -238,7 +238,7 @@ def _write_end(support: Array, y: Array, load_factor: float, rows: Array, sides:
         sides[row * SIDES : (row + 1) * SIDES] = own[row * OF_CONDITIONS + FREE : (row + 1) * OF_CONDITIONS]
 
 
-@jit
+@allocating
 def linearise(system: System, supports: Array, matrix: Matrix, sides: Array, response: Array) -> None:
     """Write the matrix of a mesh, its right sides, and how each element's gap answers to the slopes at its stages.
 
@@ -247,7 +247,7 @@ def linearise(system: System, supports: Array, matrix: Matrix, sides: Array, res
     joints, or none where it is not asked for.
     """
     answers = STATES * system.stages if response.size > 0 else 0
-    plan, start = _planned(system, FREE + answers + SIDES), np.empty(STATES)
+    plan, start = _planned(system, system.stages, FREE + answers + SIDES), np.empty(STATES)
     out, of_joint = np.empty(FREE * (FREE + answers + SIDES)), np.empty(FREE * (2 * FREE + SIDES))
     elements, station = system.x.size - 1, 0
     _write_end(supports[:NUMBERS], system.y[:STATES], system.load_factor, matrix.start, sides)
@@ -279,14 +279,14 @@ def _write_slopes(system: System, rates: Rates, at: int, by_width: float, plan: 
                 dg[l * STATES + FORCE + a] -= system.load_factor * rates.shaped[(at + l) * LOADS + a]
 
 
-@jit
+@allocating
 def _write_support(system: System, i: int, support: Array, du: Array, joined: bool, change: Array) -> None:
     """Write how the conditions at node i change with du, of the support's numbers: those of a joint, or of an end."""
     y = _at_joint(system, i) if joined else system.y[i * STATES : (i + 1) * STATES].copy()
     change_of_values(support, du, y, np.zeros(FREE), system.load_factor, 0.0, change)
 
 
-@jit
+@allocating
 def right_sides(system: System, supports: Array, response: Array, rates: Rates, out: Array) -> None:
     """Write minus the derivatives of a mesh's equations by P parameters: out (12 (N + 1), P), row by row as `linearise`.
 
@@ -294,7 +294,7 @@ def right_sides(system: System, supports: Array, response: Array, rates: Rates, 
     """
     elements, stages = system.x.size - 1, system.stages
     count, answers = rates.widths.size // elements, STATES * stages
-    plan, dg, change = _planned(system, SIDES), np.empty(answers), np.empty(CONDITIONS)
+    plan, dg, change = _planned(system, system.stages, SIDES), np.empty(answers), np.empty(CONDITIONS)
     places = supports.size // NUMBERS
     station = 0
     for i in range(elements + 1):

@@ -111,7 +111,7 @@ from darboux.kernels.discrete_rod import (
     strains,
     unit,
 )
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -1109,7 +1109,7 @@ def set_ghosts(row: Array, tangent: int, director: int, turning: Turning, now: S
                 now.t[o + p], now.d1[o + p] = row[tangent + 3 * end + p], row[director + 3 * end + p]
 
 
-@jit
+@allocating
 def place(old: State, base: Array, tau: float, V: Array, row: Array, body: Body, step: Array, now: State) -> None:
     """q = q_ref + tau V, frames and supports included."""
     for k in range(step.size):
@@ -1173,7 +1173,7 @@ def turn_frames(now: State, step: Array, state: State) -> None:
         store(new_directors, 3 * j, turned)
 
 
-@jit
+@allocating
 def stage(
     old: State, start: Array, tau: float, V: Array, body: Body, row: Array, ends: bool, tolerance: float, space: Space,
     now: State,
@@ -1265,7 +1265,7 @@ def power_of_supports(body: Body, row: Array, reaction: Array) -> float:
 # Methods
 
 
-@jit
+@allocating
 def midpoint_steps(
     state: State, V: Array, pull: Array, h: float, steps: int, drive: Rows, body: Body, space: Space, now: State,
     velocity: Array, tally: Array, tolerance: float,
@@ -1316,7 +1316,7 @@ def midpoint_steps(
     return iterations
 
 
-@jit
+@allocating
 def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A: Array) -> None:
     """V' = -M^-1 (G + J omega t'), 0 where a support holds; an inextensible rod's without its tension, which a stage makes up."""
     if body.inextensible:
@@ -1346,7 +1346,7 @@ def accelerations(now: State, V: Array, body: Body, row: Array, space: Space, A:
         A[k] = -A[k]
 
 
-@jit
+@allocating
 def verlet_steps(
     state: State, V: Array, A: Array, h: float, steps: int, drive: Rows, body: Body, space: Space, now: State,
     tally: Array,
@@ -1384,7 +1384,7 @@ def verlet_steps(
     return steps
 
 
-@jit
+@allocating
 def tr_bdf2_step(
     state: State, V: Array, A: Array, h: float, drive: Rows, body: Body, space: Space, middle: State, now: State,
     V1: Array, error: Array, power: Array, tolerance: float,
@@ -1429,7 +1429,7 @@ def tr_bdf2_step(
 # What is measured
 
 
-@jit
+@allocating
 def measures(state: State, V: Array, body: Body, row: Array, result: Array) -> None:
     """Kinetic energy, bending, twist, stretching, loads' potential; momentum; angular momentum about the origin; supports: (12).
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from darboux.kernels.algebra import cross, vector
 from darboux.kernels.fours import NOTHING, four, four_plus, put_four
 from darboux.kernels.inertia import BLOCK, SQUARE, negative_eigenvalues
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 
 Array = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def _positive(G: Array, h: float, work: Array, size: NDArray[np.int64]) -> int:
     return HALF - negative_eigenvalues(work, work[:0], size)
 
 
-@jit
+@allocating
 def assemble(T: Array, x: Array, m: Array, diagonal: Array, below: Array, weights: Array) -> tuple[int, float]:
     """Write the sum of (1) over the pieces, of nodes that nothing holds; return how many forces count, and the softest piece.
 
@@ -149,7 +149,7 @@ def assemble(T: Array, x: Array, m: Array, diagonal: Array, below: Array, weight
     return of_forces, softest
 
 
-@jit
+@allocating
 def hold(
     node: int, motions: Array, count: int, stiffness: Array, diagonal: Array, below: Array, weights: Array
 ) -> None:
@@ -190,7 +190,7 @@ def _to_motions(D: Array, across: int, along: int, motions: Array, count: int, l
             D[first + (count + a) * along] = line[HALF + a]
 
 
-@jit
+@allocating
 def index(
     diagonal: Array, below: Array, weights: Array, sizes: NDArray[np.int64], foundation: float, of_forces: int
 ) -> int:

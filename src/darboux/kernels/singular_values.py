@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from darboux.kernels.jit import jit
+from darboux.kernels.jit import allocating, jit
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def _turn_pair(W: Array, V: Array, i: int, j: int) -> float:
     return off
 
 
-@jit
+@allocating
 def solve_by_singular_values(last: Array, unit: Array, unsure: float, delta: Array) -> int:
     """Solve the equations (12 x 14,) for delta (12 x 2,), and return how many motions are free.
 

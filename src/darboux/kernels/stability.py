@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from darboux.kernels.algebra import dot, put, vector
 from darboux.kernels.collocation import transfers
 from darboux.kernels.inertia import BLOCK, SQUARE
-from darboux.kernels.jit import jit
+from darboux.kernels.jit import allocating
 from darboux.kernels.profile import Profile, columns
 from darboux.kernels.rod_equations import FORCE, MOMENT, SINV, STATES
 from darboux.kernels.second_variation import assemble, hold, index
@@ -25,7 +25,7 @@ COMPLIANCE = 1e-7  # of stretch, over 1 + the largest dimensionless force
 FOUNDATION = 1e-5  # per length, over what the rod resists and carries: more than Newton's method leaves over on the way
 
 
-@jit
+@allocating
 def _lent(table: Profile, compliance: float) -> Profile:
     """The table whose compliance of stretch is at least this."""
     lent, width = table.coefficients.copy(), columns(table)
@@ -34,7 +34,7 @@ def _lent(table: Profile, compliance: float) -> Profile:
     return Profile(table.breaks, lent, table.degree)
 
 
-@jit
+@allocating
 def second_variation(
     system: System, supports: Array, lend: bool, diagonal: Array, below: Array, weights: Array, sizes: NDArray[np.int64]
 ) -> tuple[int, float]:
@@ -76,7 +76,7 @@ def second_variation(
     return of_forces, FOUNDATION * (force + min(1.0, np.sqrt(moment) + 1.0 / softest))
 
 
-@jit
+@allocating
 def unstable_directions(system: System, supports: Array, lend: bool) -> int:
     """Return the index of an equilibrium; `lend` a rod that does not stretch some compliance."""
     elements = 0

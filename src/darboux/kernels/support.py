@@ -37,7 +37,7 @@ from darboux.kernels.algebra import (
     unrotate,
     vector,
 )
-from darboux.kernels.jit import inline, jit
+from darboux.kernels.jit import allocating, inline, jit
 from darboux.kernels.rod_equations import FORCE, MOMENT, ROTATION, STATES, UNIT
 
 Array = NDArray[np.float64]
@@ -245,7 +245,7 @@ def _write_rotations(support: Array, y: Array, load_factor: float, out: Array) -
             out[row + FREE + 1] = o * dot(axis, moment)
 
 
-@jit
+@allocating
 def _write_by_differences(support: Array, y: Array, load_factor: float, out: Array) -> None:
     """The rows by central differences, and the load factor's side."""
     size = 1.0
@@ -281,7 +281,7 @@ def _write_by_differences(support: Array, y: Array, load_factor: float, out: Arr
                 out[i * ROW + FREE + 1] = -slope
 
 
-@jit
+@allocating
 def conditions(support: Array, y: Array, load_factor: float, out: Array) -> None:
     """Write the rows, minus the values, and minus the derivatives by the load factor: out (6 x ROW,)."""
     for k in range(CONDITIONS * ROW):
@@ -297,7 +297,7 @@ def conditions(support: Array, y: Array, load_factor: float, out: Array) -> None
         out[i * ROW + FREE] = -now[i]
 
 
-@jit
+@allocating
 def joint(support: Array, before: Array, behind: Array, load_factor: float, out: Array) -> None:
     """Write the twelve equations of a station between the states before it and behind it: out (12 x 26,).
 
