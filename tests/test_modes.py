@@ -321,7 +321,7 @@ def test_a_blade_that_turns_about_its_root() -> None:
     for row, condition in zip((0, 1, -2, -1), (D[0][0], D[1][0], D[2][-1], D[3][-1]), strict=True):
         A[row], B[row] = condition, 0.0
     values = eig(A, B, right=False)
-    flap = np.sqrt(np.sort(values[np.isfinite(values) & (np.abs(values.imag) < 1e-3)].real)[:2])
+    flap = np.sqrt(np.sort(values[np.isfinite(values) & (np.abs(values.imag) < 1e-3) & (values.real > 1.0)].real)[:2])
     assert flap[0] == pytest.approx(7.3604, abs=1e-4)  # A. D. Wright et al., J. Appl. Mech. 49 (1982) 197
     blade = dx.Equilibrium(ROUND, dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Rotation((0, 0, spin))])
     found = dx.natural_modes(blade, 4, segments=100).frequencies * dx.turn

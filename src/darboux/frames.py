@@ -87,9 +87,11 @@ def same_sign(q: Array) -> Array:
 
 def product(p: Array, q: Array) -> Array:
     """Return the product of quaternions p q (..., 4): first the turn q, then p."""
-    w = p[..., 0] * q[..., 0] - np.sum(p[..., 1:] * q[..., 1:], axis=-1)
-    v = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
-    return np.concatenate([w[..., None], v], axis=-1)
+    (a, b, c, d), (w, x, y, z) = (p[..., i] for i in range(4)), (q[..., i] for i in range(4))
+    result = np.empty(np.broadcast_shapes(p.shape, q.shape))
+    result[..., 0], result[..., 1] = a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y
+    result[..., 2], result[..., 3] = a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w
+    return result
 
 
 def quaternion_of_turn(phi: Array) -> Array:

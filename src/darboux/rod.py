@@ -105,6 +105,8 @@ class Rod:
 
     def stiffness(self, s: Array) -> SectionStiffness:
         """Return the section's stiffnesses and mass per length at s (n,)."""
+        if self._same_section and len(s) == 1:
+            return self._first_section
         if self._same_section:
             same: Any = {
                 name: None if value is None else np.repeat(value, len(s), axis=0)
@@ -123,10 +125,12 @@ class Rod:
 
     def k0(self, s: Array) -> Array:
         """Return the natural curvature and twist at s (n,): (n, 3) in 1/m, section's frame."""
+        return self._natural(np.asarray(s, dtype=float))
+
+    @cached_property
+    def _natural(self) -> profile.Profile:
         natural = self.natural.curvature if isinstance(self.natural, Helix) else self.natural
-        if natural is None:
-            natural = (0.0, 0.0, 0.0)
-        return profile.vector("rod.natural", natural, "1/m")(np.asarray(s, dtype=float))
+        return profile.vector("rod.natural", (0.0, 0.0, 0.0) if natural is None else natural, "1/m")
 
     def mass(self, s: Array, why: str) -> Array:
         """Return the mass per length in kg/m at s (n,); ``why`` names the load that needs it."""

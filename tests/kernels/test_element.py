@@ -63,14 +63,14 @@ def coefficients(given: System, i: int) -> np.ndarray:
 def general(given: System, i: int) -> np.ndarray:
     """The rows of the general element."""
     T = np.empty(FREE * ROW)
-    plan = collocation._planned(given, FREE + SIDES)
+    plan = collocation._planned(given, given.stages, FREE + SIDES)
     collocation._element(given, i, plan, np.empty(STATES), T)
     return T.reshape(FREE, ROW)
 
 
 def generals_stages(given: System, i: int, delta: np.ndarray, change: float) -> np.ndarray:
     """The steps of an element's stages by the general element, (stages, 4) of the quaternions."""
-    plan, start = collocation._planned(given, SIDES), np.empty(STATES)
+    plan, start = collocation._planned(given, given.stages, SIDES), np.empty(STATES)
     collocation._moved(given.y, i * STATES, delta.ravel(), i * FREE * SIDES, 1.0, start)
     plan.X[:] = 0.0
     collocation._linearise(given, i, plan)
@@ -84,7 +84,7 @@ def generals_stages(given: System, i: int, delta: np.ndarray, change: float) -> 
 @pytest.mark.parametrize("stages", [2, 3, 4, 5])
 def test_its_rows_are_the_general_elements(stages: int, *, stretch: bool) -> None:
     """Whatever order the elements come in: the piece of the table is looked for both ways."""
-    given, at, T = system(stages, stretch=stretch), element.bench(), np.empty(FREE * ROW)
+    given, at, T = system(stages, stretch=stretch), element.bench(stages), np.empty(FREE * ROW)
     for i in [*WIDE, *reversed(WIDE)]:
         element.write_element(given, i, at, T)
         expected = general(given, i)
@@ -95,7 +95,7 @@ def test_its_rows_are_the_general_elements(stages: int, *, stretch: bool) -> Non
 @pytest.mark.parametrize("stages", [2, 3, 4, 5])
 def test_what_is_explicit_is_met(stages: int, *, stretch: bool) -> None:
     """n, r and m of the stages follow from the node and the slopes there."""
-    given, at, T = system(stages, stretch=stretch), element.bench(), np.empty(FREE * ROW)
+    given, at, T = system(stages, stretch=stretch), element.bench(stages), np.empty(FREE * ROW)
     before = given.Y.reshape(-1, STATES)[:, ROTATION:FORCE].copy()
     for i in WIDE:
         element.write_element(given, i, at, T)
@@ -111,7 +111,7 @@ def test_what_is_explicit_is_met(stages: int, *, stretch: bool) -> None:
 def test_its_stages_move_as_the_general_elements(stages: int) -> None:
     """By the numbers that are kept, and by those that `advance` finds where none were."""
     given, rng = system(stages, stretch=True), np.random.default_rng(3)
-    at, T, size = element.bench(), np.empty(FREE * ROW), 4 * stages * element.LINE
+    at, T, size = element.bench(stages), np.empty(FREE * ROW), 4 * stages * element.LINE
     kept, delta = np.empty((X.size - 1, size)), 0.1 * rng.normal(size=(X.size, FREE, SIDES))
     change, part, expected = 0.3, 0.8, {}
     for i in WIDE:

@@ -32,7 +32,7 @@ def transfers(force: float, stiff: float = 1.0) -> np.ndarray:
 def assembled(T: np.ndarray, m: np.ndarray) -> tuple:
     parts = np.zeros((N + 1, BLOCK, BLOCK)), np.zeros((N, BLOCK, BLOCK)), np.zeros((N + 1, BLOCK))
     flat = tuple(part.ravel() for part in parts)
-    counts = second_variation.assemble(T.copy().ravel(), X, m[:-1].ravel(), *flat)
+    counts = second_variation.assemble(T.copy().ravel(), X, m[:-1].ravel(), np.zeros(0), *flat)
     return parts, flat, counts
 
 

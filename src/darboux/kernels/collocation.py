@@ -71,6 +71,7 @@ from darboux.kernels.system import FREE, M_, N_, PHI, R_, ROW, SIDES, System
 Array = NDArray[np.float64]
 
 SHAPED_COUPLE, SHAPED = 21, 42  # of a load that is a function of the shape: f, df/dr, df/dphi, then l likewise
+SQUARE = FREE * FREE
 WIDE = ROW + 2  # numbers of such a row where they are eliminated: a multiple of four, for the compiler's vectors
 
 # The parts of a state, where they begin and how many numbers they have.
@@ -320,16 +321,17 @@ def _element(system: System, i: int, plan: Plan, start: Array, T: Array) -> None
 
 
 @allocating
-def sweep(system: System, supports: Array, last: Array, factors: Array, kept: Array) -> float:
+def sweep(system: System, supports: Array, last: Array, factors: Array, kept: Array, transfer: Array) -> float:
     """Eliminate all elements; return the sign of the pivots.
 
     supports (those of the start, of each station, of the end, NUMBERS each); last (12 x 14,) out, the twelve equations that are
-    left for the end and their right sides; factors (N x 12 x ROW,) out, for `back`; kept (N x 4 stages x LINE,) out, for `advance`.
+    left for the end and their right sides; factors (N x 12 x ROW,) out, for `back`; kept (N x 4 stages x LINE,) out, for `advance`;
+    transfer (N x 144,) out or none, as `transfers` writes it, for the elements that have a width.
     """
     explicit, at, start = is_explicit(system), bench(system.stages), np.empty(STATES)
     plan = _planned(system, 0 if explicit else system.stages, FREE + SIDES)
     V, T = np.zeros(18 * WIDE), np.empty(FREE * ROW)
-    sign, elements, station = 1.0, system.x.size - 1, 0
+    sign, elements, station, wide = 1.0, system.x.size - 1, 0, 0
     size = 4 * system.stages * LINE
     conditions(supports[:NUMBERS], system.y[:STATES], system.load_factor, last)
     for i in range(elements):
@@ -349,6 +351,9 @@ def sweep(system: System, supports: Array, last: Array, factors: Array, kept: Ar
             keep(at, system.stages, kept[i * size : (i + 1) * size])
         else:
             _element(system, i, plan, start, T)
+        if transfer.size > 0 and system.x[i + 1] > system.x[i]:
+            _keep_transfer(system, i, T, transfer, wide)
+            wide += SQUARE
         for row in range(FREE):
             for k in range(ROW):
                 V[(6 + row) * WIDE + k] = T[row * ROW + k]
@@ -465,8 +470,7 @@ def _moved(y: Array, at: int, delta: Array, k: int, part: float, out: Array) -> 
 @allocating
 def transfers(system: System, transfer: Array) -> None:
     """Write T_i of (3), with rotations in the fixed frame, for every element that has a width: transfer (12 x 12 each,)."""
-    x, y = system.x, system.y
-    explicit, at, start = is_explicit(system), bench(system.stages), np.empty(STATES)
+    x, explicit, at, start = system.x, is_explicit(system), bench(system.stages), np.empty(STATES)
     plan = _planned(system, 0 if explicit else system.stages, FREE + SIDES)
     T, first = np.empty(FREE * ROW), 0
     for i in range(x.size - 1):
@@ -476,16 +480,24 @@ def transfers(system: System, transfer: Array) -> None:
             write_element(system, i, at, T)
         else:
             _element(system, i, plan, start, T)
-        R0 = rotation(quaternion(y, i * STATES + ROTATION))
-        R1 = rotation(quaternion(y, (i + 1) * STATES + ROTATION))
+        _keep_transfer(system, i, T, transfer, first)
+        first += SQUARE
+
+
+@inline
+def _keep_transfer(system: System, i: int, T: Array, transfer: Array, at: int) -> None:
+    """Write T_i of the rows of an element, with rotations in the fixed frame, from `at` on."""
+    R0 = rotation(quaternion(system.y, i * STATES + ROTATION))
+    R1 = rotation(quaternion(system.y, (i + 1) * STATES + ROTATION))
+    for row in range(FREE):
         for k in range(FREE):
-            phi = rotate(R1, (T[PHI * ROW + k], T[(PHI + 1) * ROW + k], T[(PHI + 2) * ROW + k]))
-            put(T, PHI * ROW + k, ROW, phi)
-        for row in range(FREE):
-            for k in range(FREE):
-                transfer[first + row * FREE + k] = T[row * ROW + k]
-            put(transfer, first + row * FREE + PHI, 1, rotate(R0, vector(T, row * ROW + PHI)))
-        first += FREE * FREE
+            transfer[at + row * FREE + k] = T[row * ROW + k]
+    for k in range(FREE):
+        here = at + PHI * FREE + k
+        put(transfer, here, FREE, rotate(R1, (transfer[here], transfer[here + FREE], transfer[here + 2 * FREE])))
+    for row in range(FREE):
+        here = at + row * FREE + PHI
+        put(transfer, here, 1, rotate(R0, vector(transfer, here)))
 
 
 @allocating

@@ -42,6 +42,7 @@ class Work(NamedTuple):
     steps: Array  # (N, 4 stages, LINE), how the stages follow from the nodes
     y: Array  # (N + 1, 13)
     Y: Array  # (N, stages, 13)
+    transfer: Array  # (N, 12, 12) of the elements that have a width, or none
     kept: Array  # (KEPT,)
 
 
@@ -51,12 +52,13 @@ class Work(NamedTuple):
 LENGTH, TURNED, STEPS, SIGN, TURN, TANGENT_TURN, IDLE_MOTIONS, LEFT, KEPT = range(9)
 
 
-def new_work(elements: int, stages: int) -> Work:
+def new_work(elements: int, stages: int, transfers: bool = False) -> Work:
     """Return the work of so many elements."""
     factors, last = np.empty(elements * FREE * ROW), np.empty(FREE * (FREE + SIDES))
     delta, steps = np.empty((elements + 1) * FREE * SIDES), np.empty(elements * 4 * stages * LINE)
     y, Y = np.empty((elements + 1) * STATES), np.empty(elements * stages * STATES)
-    return Work(factors, last, delta, steps, y, Y, np.zeros(KEPT))
+    transfer = np.empty(elements * FREE * FREE if transfers else 0)
+    return Work(factors, last, delta, steps, y, Y, transfer, np.zeros(KEPT))
 
 
 @jit
@@ -75,7 +77,7 @@ def newton(system: System, supports: Array, work: Work, tolerance: float, floor:
     """
     kept, unit, of_state = work.kept, np.ones(FREE), np.empty(STATES)
     while True:
-        sign = sweep(system, supports, work.last, work.factors, work.steps)
+        sign = sweep(system, supports, work.last, work.factors, work.steps, work.transfer)
         at_end = work.delta[work.delta.size - FREE * SIDES :]
         pivot = solve_last(work.last.copy(), at_end)
         kept[SIGN], kept[IDLE_MOTIONS] = sign * np.sign(pivot), 0.0

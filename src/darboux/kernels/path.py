@@ -134,6 +134,7 @@ def _work(rod: Rod, course: Course, elements: int) -> Work:
         work.steps[: elements * 4 * rod.stages * LINE],
         work.y[: (elements + 1) * STATES],
         work.Y[: elements * rod.stages * STATES],
+        work.transfer[: elements * FREE * FREE],
         work.kept,
     )
 
@@ -171,9 +172,12 @@ def flattest(table: Profile, x: Array, y: Array) -> float:
     return least
 
 
-@jit
+@allocating
 def _counted(rod: Rod, course: Course, system: System) -> int:
-    return unstable_directions(system, course.supports, not rod.stretches) if rod.counts else UNCOUNTED
+    """The unstable directions of an equilibrium: with the transfers before Newton's last step, where these are kept."""
+    if not rod.counts:
+        return UNCOUNTED
+    return unstable_directions(system, course.supports, not rod.stretches, course.work.transfer)
 
 
 @jit

@@ -113,11 +113,13 @@ def _positive(G: Array, h: float, work: Array, size: NDArray[np.int64]) -> int:
 
 
 @allocating
-def assemble(T: Array, x: Array, m: Array, diagonal: Array, below: Array, weights: Array) -> tuple[int, float]:
+def assemble(
+    T: Array, x: Array, m: Array, lent: Array, diagonal: Array, below: Array, weights: Array
+) -> tuple[int, float]:
     """Write the sum of (1) over the pieces, of nodes that nothing holds; return how many forces count, and the softest piece.
 
     T (N x 144,) the transfers of (dr, theta, dn, dm), which are changed; x (N + 1,) the nodes; m (N x 3,) the moments at the
-    starts. Out, all zero on entry: diagonal (N + 1 x 144,), of the displacements and the forces at a node; below
+    starts; lent (N x 9,) what is added to the compliance by dn, or none. Out, all zero on entry: diagonal (N + 1 x 144,), of the displacements and the forces at a node; below
     (N x 144,); weights (N + 1 x 12,) the lengths that belong to a node's displacements. A negative eigenvalue belongs to each
     force whose compliance is positive; the softest piece is that of the largest compliance of bending and twist over h, or 1.
     """
@@ -132,6 +134,8 @@ def assemble(T: Array, x: Array, m: Array, diagonal: Array, below: Array, weight
         for a in range(HALF):
             for b in range(a + 1):
                 g = 0.5 * (M[a * LINE + OF_B + b] + M[b * LINE + OF_B + a])
+                if a < 3 and lent.size > 0:
+                    g += lent[9 * i + 3 * a + b]
                 s = 0.5 * (S[a * 8 + b] + S[b * 8 + a])
                 G[a * HALF + b] = G[b * HALF + a] = g
                 diagonal[at + (HALF + a) * BLOCK + HALF + b] = diagonal[at + (HALF + b) * BLOCK + HALF + a] = -g

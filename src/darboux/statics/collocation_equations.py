@@ -21,7 +21,7 @@ from darboux.kernels import newton as kernel
 from darboux.kernels import stability as stability_kernel
 from darboux.kernels.collocation import SHAPED_COUPLE
 from darboux.kernels.newton import Work, new_work
-from darboux.kernels.path import FEWEST_ELEMENTS, MOST_ITERATIONS
+from darboux.kernels.path import MOST_ITERATIONS
 from darboux.kernels.rod_equations import BINV, DEAD_FORCE, FORCE, K0, MOMENT, ROTATION, SINV, STATES
 from darboux.kernels.system import FREE, SIDES, System
 from darboux.natural import smallest_rotation
@@ -40,8 +40,8 @@ from darboux.statics.stability import SecondVariation
 
 Array = NDArray[np.float64]
 
-ANSWER = 9.0  # elements for an answer to 1e-9, over the sum of what the elements on the way leave out, each to the power of 1/3
-FIRST_ELEMENTS = 12
+ANSWER = 8.0  # elements for an answer to 1e-9, over the sum of what the elements on the way leave out, each to the power of 1/3
+FIRST_ELEMENTS, FEWEST_OF_ANSWER = 8, 4
 LARGEST_NATURAL_TURN = 1.5  # rad of an unloaded rod's frame over an element of the first mesh
 SLACK = 1e-3  # compliance of stretch lent on the way to a rod held at both ends that has less: a stiff one meets all its buckling
 # loads at once
@@ -59,7 +59,7 @@ class Pace(NamedTuple):
     roughness: float
 
 
-QUICK = Pace(2, 1e-3, 0.02)  # on the way only the branch matters
+QUICK = Pace(2, 1e-2, 0.05)  # on the way only the branch matters
 CAREFUL = Pace(4, 1e-6, 2e-3)  # ... but near a bifurcation small errors make a fold of it
 
 
@@ -137,9 +137,10 @@ class Equations:
         x = self._first_nodes()
         points = np.unique(np.concatenate([x, stage_points(x, self.pace.stages).ravel()]))
         states = np.zeros((len(points), STATES))
-        support = None
+        support, straight = None, False
         if self.shape is None:
-            if self.problem.uniform and not np.any(self.natural_shape(points[:1])):
+            straight = self.problem.uniform and not np.any(self.natural_shape(points[:1]))
+            if straight:
                 states[:, 2], states[:, ROTATION] = points, 1.0
             else:
                 states[:, :ROTATION], states[:, ROTATION:FORCE] = shape_of(self.natural_shape, points)
@@ -150,6 +151,8 @@ class Equations:
             if conditions.holds and conditions is not support:
                 conditions.grow_from(states[np.searchsorted(points, at)], all_at_once=self.shape is not None)
         mesh = self._mesh(x, points, states)
+        if straight:
+            return mesh
         exact = self.newton(mesh, 0.0, self.pace.tolerance, most=MOST_ITERATIONS)
         return mesh if exact is None else exact[0]
 
@@ -185,7 +188,7 @@ class Equations:
     def _mesh(self, x: Array, points: Array, states: Array) -> Mesh:
         nodes = np.isin(points, x)
         mesh = Mesh(x, states[nodes], states[~nodes].reshape(len(x) - 1, self.pace.stages, STATES))
-        return mesh.jointed(np.array([at for at, _ in self.stations]))
+        return mesh.jointed(np.array([at for at, _ in self.stations])) if self.stations else mesh
 
     def natural_shape(self, x: Array) -> Array:
         """Return k0 L at x (n,): (n, 3)."""
@@ -194,13 +197,13 @@ class Equations:
     def _lay(self, points: Array, states: Array) -> EndConditions:
         """Turn and move the states of the unloaded rod to where a support holds it; return that support."""
         held, place, orientation = self.packing.at_rest()
-        i = int(np.searchsorted(points, place))
-        R = frames.matrix_of_quaternion(states[:, ROTATION:FORCE])
+        there = states[int(np.searchsorted(points, place))].copy()
+        q, R = there[ROTATION:FORCE], frames.matrix_of_quaternion(there[ROTATION:FORCE])
         chord = states[-1, :3] - states[0, :3]
-        turn = orientation @ R[i].T if orientation.shape == (3, 3) else smallest_rotation(_unit(chord), orientation)
-        states[:, ROTATION:FORCE] = frames.same_sign(frames.quaternion_of_matrix(turn @ R))
-        states[:, :3] = (states[:, :3] - states[i, :3]) @ turn.T
-        states[:, :3] += held.place
+        turn = orientation @ R.T if orientation.shape == (3, 3) else smallest_rotation(_unit(chord), orientation)
+        turned = frames.product(frames.quaternion_of_matrix(turn @ R), q * [1.0, -1.0, -1.0, -1.0])
+        states[:, ROTATION:FORCE] = frames.product(turned, states[:, ROTATION:FORCE])
+        states[:, :3] = (states[:, :3] - there[:3]) @ turn.T + held.place
         return held
 
     def _first_nodes(self) -> Array:
@@ -292,7 +295,7 @@ class Equations:
         if not self.has_potential:
             return None
         system, lend = self.system(mesh, load_factor), not self.problem.rod.stretch
-        return int(stability_kernel.unstable_directions(system, self.supports(load_factor), lend))
+        return int(stability_kernel.unstable_directions(system, self.supports(load_factor), lend, NOTHING))
 
     def second_variation(self, mesh: Mesh, load_factor: float) -> SecondVariation:
         """Return the second variation of the energy at an equilibrium."""
@@ -300,8 +303,11 @@ class Equations:
         diagonal, below, weights = np.zeros((N + 1, FREE, FREE)), np.zeros((N, FREE, FREE)), np.zeros((N + 1, FREE))
         sizes = np.empty(N + 1, np.int64)
         flat = diagonal.ravel(), below.ravel(), weights.ravel(), sizes
-        system, supports = self.system(mesh, load_factor), self.supports(load_factor)
-        of_forces, foundation = stability_kernel.second_variation(system, supports, lend, *flat)
+        system, transfer = self.system(mesh, load_factor), np.empty(N * FREE * FREE)
+        collocation.transfers(system, transfer)
+        nodes = np.append(np.flatnonzero(mesh.wide), len(mesh.x) - 1)
+        supports = self.supports(load_factor)
+        of_forces, foundation = stability_kernel.second_variation(system, supports, lend, transfer, nodes, *flat)
         places = [0, *(int(i) - k for k, i in enumerate(mesh.joints)), N]  # a joint is one node here
         nodes = [0, *mesh.joints, -1]
         held = {i: c.held(mesh.y[k], load_factor) for i, k, c in zip(places, nodes, self.conditions, strict=True)}
@@ -312,12 +318,12 @@ class Equations:
     def elements_for_answer(self, mesh: Mesh, stages: int, rtol: float) -> int:
         """Return with how many elements of so many stages an answer is likely to be good enough, before they are halved."""
         wanted = np.sum(mesh.roughness(self.breaks) ** (1.0 / (mesh.stages + 1)))
-        return max(FEWEST_ELEMENTS, int(np.ceil(ANSWER * (1e-9 / rtol) ** (0.5 / stages) * wanted)))
+        return max(FEWEST_OF_ANSWER, int(np.ceil(ANSWER * (1e-9 / rtol) ** (0.5 / stages) * wanted)))
 
     def mesh_of(self, start: EquilibriumSolution, every: int = 2) -> Mesh:
         """Return a solution of another problem on every second of its nodes, or ``every`` n-th, as a first guess."""
         nodes = np.unique(start.curve.s)
-        x = nodes[:: every if len(nodes) > 2 * FIRST_ELEMENTS else 1] / nodes[-1]
+        x = nodes[:: every if len(nodes) > 2 * FEWEST_OF_ANSWER else 1] / nodes[-1]
         x = x[np.min(np.abs(x[:, None] - self.breaks), axis=1) > 1e-6] if len(self.breaks) else x
         x = np.unique(np.concatenate([[0.0], x, self.breaks, [1.0]]))
         points = np.concatenate([x, stage_points(x, self.pace.stages).ravel()])
@@ -328,16 +334,16 @@ class Equations:
 
     def curve(self, mesh: Mesh, load_factor: float) -> Curve:
         """Return the states at the nodes with their slopes, in SI units; twice where the slopes jump."""
-        single = np.isin(mesh.x, self.breaks) & ~np.isin(mesh.x, mesh.x[mesh.joints])  # stations stand twice already
-        x = np.repeat(mesh.x, np.where(single, 2, 1))
-        y = np.repeat(mesh.y, np.where(single, 2, 1), axis=0)
-        second = np.concatenate([[False], np.diff(x) == 0.0])
-        first = np.concatenate([second[1:], [False]])
-        width = np.zeros(len(x))
+        x = at = mesh.x
+        y = mesh.y
         if len(self.breaks):
+            single = np.isin(x, self.breaks) & ~np.isin(x, x[mesh.joints])  # stations stand twice already
+            x, y = np.repeat(x, np.where(single, 2, 1)), np.repeat(y, np.where(single, 2, 1), axis=0)
+            second = np.concatenate([[False], np.diff(x) == 0.0])
+            first = np.concatenate([second[1:], [False]])
             nearest = np.minimum(np.searchsorted(self.breaks, x), len(self.breaks) - 1)
             width = np.where(self.breaks[nearest] == x, self.widths[nearest], 0.0)
-        at = np.where(first, x - width - BESIDE, np.where(second, x + width + BESIDE, x))
+            at = np.where(first, x - width - BESIDE, np.where(second, x + width + BESIDE, x))
         dy = coefficients.slopes(self.law.table(load_factor)(at), y)
         if self.problem.of_shape:
             shaped = self._loads_of_shape(x, y)

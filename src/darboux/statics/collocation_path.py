@@ -15,7 +15,7 @@ from darboux.kernels.rod_equations import STATES
 from darboux.kernels.step_control import LARGEST_CORRECTED_TURN
 from darboux.kernels.system import FREE
 from darboux.packing.coefficients import Table
-from darboux.statics.collocation_equations import Equations
+from darboux.statics.collocation_equations import QUICK, Equations
 from darboux.statics.load_path import UNSEEN_TURN, Path, Stopped, look
 from darboux.statics.mesh import Mesh
 
@@ -137,7 +137,7 @@ def _course(room: int, stages: int, coefficients: int, supports: Array, shaped: 
         tangent,
         last_tangent,
         next_tangent,
-        newton.new_work(room, stages),
+        newton.new_work(room, stages, transfers=stages == QUICK.stages),
         *loaded,
         *kept,
     )

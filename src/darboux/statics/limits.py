@@ -40,6 +40,8 @@ def wound(problem: Equilibrium) -> str | None:
 def _along(problem: Equilibrium) -> tuple[Array, Array]:
     """Return points s (n,) in m and weights (n,) for sums along the rod: between the rows of tables and where functions jump."""
     L = problem.rod.length
+    if problem.uniform:
+        return np.array([0.5 * L]), np.array([L])
     even = np.linspace(0.0, L, 33)
     return gauss_points(np.unique(np.concatenate([even, problem.breaks, problem.steep_places])), 2)
 

@@ -132,7 +132,8 @@ def second_variation(
     N = len(x) - 1
     diagonal, below, weights = np.zeros((N + 1, BLOCK, BLOCK)), np.zeros((N, BLOCK, BLOCK)), np.zeros((N + 1, BLOCK))
     flat = diagonal.ravel(), below.ravel(), weights.ravel()
-    of_forces, softest = kernel.assemble(transfer.ravel(), x, np.ascontiguousarray(moments[0]).ravel(), *flat)
+    m = np.ascontiguousarray(moments[0]).ravel()
+    of_forces, softest = kernel.assemble(transfer.ravel(), x, m, np.zeros(0), *flat)
     sizes = np.full(N + 1, BLOCK)
     for i, hold in held.items():
         kernel.hold(i, hold.motions.ravel(), hold.free, hold.stiffness.ravel(), *flat)

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, eigh, svd
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import block_array, block_diag, csr_array, diags_array
-from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
 from darboux.kernels.discrete_rod import Elasticity, State
@@ -269,15 +269,17 @@ def extrapolated(coarse: Found, fine: Found, gain: float, of_pairs: bool) -> tup
                 values[j] += gain * (fine.values[j] - coarse.values[i])
         return values, fine.shapes
     near[(apart > APART) & (near**2 < SAME)] = 0.0
-    own = np.flatnonzero((np.sum(near**2, axis=0) > SAME) & (fine.values != 0.0))
-    if len(own) == 0:
-        return fine.values, fine.shapes
-    U, _, V = svd(near[:, own], full_matrices=False)
-    P = U @ V
-    H = np.diag((1.0 + gain) * fine.values[own]) - gain * P.T @ (coarse.values[:, None] * P)
+    known = (np.sum(near**2, axis=0) > SAME) & (fine.values != 0.0)
     values, shapes = fine.values.copy(), fine.shapes.copy()
-    values[own], turn = eigh(H)
-    shapes[:, own] = fine.shapes[:, own] @ turn
+    _, group = connected_components(np.block([[np.zeros((len(near),) * 2), near], [near.T, np.zeros((len(known),) * 2)]]))
+    for one in np.unique(group[len(near) :][known]):  # each by itself, or a soft mode is rounded by the stiff ones
+        rows = np.flatnonzero(group[: len(near)] == one)
+        own = np.flatnonzero((group[len(near) :] == one) & known)
+        U, _, V = svd(near[np.ix_(rows, own)], full_matrices=False)
+        P = U @ V
+        H = np.diag((1.0 + gain) * fine.values[own]) - gain * P.T @ (coarse.values[rows, None] * P)
+        values[own], turn = eigh(H)
+        shapes[:, own] = fine.shapes[:, own] @ turn
     return values, shapes
 
 
