@@ -79,6 +79,8 @@ SPRING = "test_collocation.py::test_a_rotational_spring_gives_what_its_energy_sa
 PIECES = "kernels/test_second_variation.py::test_the_sum_is_the_energy_of_the_pieces"
 HELD = "kernels/test_second_variation.py::test_a_held_node_keeps_its_motions_and_forces"
 PIECE = "kernels/test_second_variation.py::test_a_piece_is_solved_as_by_numpy"
+MERGED = "test_index.py::test_pieces_of_several_elements_count_the_same"
+EIGHTH = "test_numerics.py::test_the_curve_between_nodes_is_of_eighth_order"
 DEFINITE = "kernels/test_second_variation.py::test_a_definite_compliance_is_told_from_others"
 ROUGH = "kernels/test_mesh.py::test_roughness_is_the_power_of_h_times_the_next_derivative"
 HELIX = "kernels/test_framed_curve.py::test_constant_curvature_and_twist_make_a_helix"
@@ -148,7 +150,7 @@ MUTANTS = (
     Mutant("kernels/collocation.py", "last[i * width + j] -= factor * last[k * width + j]", "last[i * width + j] += factor * last[k * width + j]", STATIONS),
     Mutant("kernels/collocation.py", "two -= factors[f + k] * delta[here + k * SIDES + 1]", "two -= factors[f + k] * delta[here + k * SIDES]", STATIONS),
     Mutant("kernels/collocation.py", "V[to + j] -= factor * V[at + j]", "V[to + j] += factor * V[at + j]", STATIONS),
-    Mutant("kernels/collocation.py", "rotate(R0, vector(T, row * ROW + PHI))", "rotate(R1, vector(T, row * ROW + PHI))", TRANSFERS),
+    Mutant("kernels/collocation.py", "rotate(R0, vector(transfer, here))", "rotate(R1, vector(transfer, here))", TRANSFERS),
     Mutant("kernels/collocation.py", "Y_new[q] = Y[q] + part * dq[k]", "Y_new[q] = Y[q] + dq[k]", STAGES),
     Mutant("kernels/element.py", "acts(system.table, FORCE_GRADIENT, DEAD_MOMENT)", "acts(system.table, FORCE_GRADIENT, FOLLOWER_FORCE)", LEAVE_N),
     Mutant("kernels/element.py", "while piece > 0 and breaks[piece] > x:", "while False:", ELEMENT),
@@ -168,7 +170,7 @@ MUTANTS = (
     Mutant("kernels/element.py", "if abs(V[i * width + k]) > abs(V[pivot * width + k]):", "if False:", PIVOTS),
     Mutant("kernels/element.py", "change * kept[row * LINE + C_SIDE + 1]", "kept[row * LINE + C_SIDE + 1]", STAGES),
     Mutant("kernels/element.py", "kept[row * LINE + k] = -at.V", "kept[row * LINE + k] = at.V", STAGES),
-    Mutant("kernels/collocation.py", "transfer[first + row * FREE + k] = T[row * ROW + k]", "transfer[first + k * FREE + row] = T[row * ROW + k]", TRANSFERS),
+    Mutant("kernels/collocation.py", "transfer[at + row * FREE + k] = T[row * ROW + k]", "transfer[at + k * FREE + row] = T[row * ROW + k]", TRANSFERS),
     Mutant("kernels/support.py", "difference[k] = before[k] - (behind[k] if k >= FORCE else 0.0)", "difference[k] = before[k]", STATIONS),
     Mutant("kernels/support.py", "out[row + FREE + k] = -own[i * ROW + k]", "out[row + FREE + k] = own[i * ROW + k]", STATIONS),
     Mutant("kernels/support.py", "out[(3 + a) * 7] += load_factor * dot(d, A)", "out[(3 + a) * 7] -= load_factor * dot(d, A)", "kernels/test_support.py::test_the_stiffness_is_the_second_derivative_of_the_energy"),
@@ -208,6 +210,15 @@ MUTANTS = (
     Mutant("kernels/path.py", "part = (new[k] - old[i]) / (old[i + 1] - old[i])", "part = (new[k] - old[i]) / (1.0 - old[i])", LAST_TANGENT),
     Mutant("kernels/path.py", "            i, part = i + 1, 1.0\n", "            i, part = i + 1, 0.0\n", LAST_TANGENT),
     Mutant("kernels/path.py", "rod.unseen, 2 if np.isfinite(real[LAST]) else 1", "rod.unseen, 1 if np.isfinite(real[LAST]) else 2", NEXT_STEP),
+    Mutant("kernels/stability.py", "(1.0 if a == b else 0.0)) / unit", "(1.0 if a == b else 0.0)) * unit", MERGED),
+    Mutant("kernels/stability.py", "if not apart < SHORT:", "if not apart < 1e3 * SHORT:", MERGED),
+    Mutant("kernels/stability.py", "line, transfer[at + row * BLOCK + k], four(transfer, last + k * BLOCK + j)", "line, transfer[last + row * BLOCK + k], four(transfer, at + k * BLOCK + j)", MERGED),
+    Mutant("kernels/stability.py", "if i > 0 and system.x[i] > system.x[i - 1]:", "if i > 0:", MERGED),
+    Mutant("kernels/stability.py", "lent[9 * piece + 3 * a + b] += compliance", "lent[9 * piece + 3 * a + b] -= compliance", MERGED),
+    Mutant("kernels/hermite.py", "if k == 1 and i % 2 == 1:", "if k == 1 and i % 2 == 0:", EIGHTH),
+    Mutant("kernels/hermite.py", "z[i] - z[i - k]", "z[i] - z[i - 1]", EIGHTH),
+    Mutant("kernels/hermite.py", "range(2 * n - 2, -1, -1)", "range(2 * n - 2, 0, -1)", EIGHTH),
+    Mutant("kernels/hermite.py", "if first[p] != f or count[p] != n:", "if count[p] != n:", EIGHTH),
     Mutant("kernels/stability.py", "foundation, of_forces)", "foundation, of_forces - 1)", COLUMN),
     Mutant("kernels/step_control.py", "WANTED_SHARE * predicted / corrected", "predicted / corrected", "kernels/test_path.py::test_the_corrector_would_turn_the_rod_as_wanted"),
     Mutant("kernels/step_control.py", "max(LARGEST_SHARE * predicted, unseen)", "LARGEST_SHARE * predicted", "kernels/test_path.py::test_the_corrector_may_turn_the_rod_by_a_share_of_what_was_predicted"),

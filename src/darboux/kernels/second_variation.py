@@ -119,9 +119,10 @@ def assemble(
     """Write the sum of (1) over the pieces, of nodes that nothing holds; return how many forces count, and the softest piece.
 
     T (N x 144,) the transfers of (dr, theta, dn, dm), which are changed; x (N + 1,) the nodes; m (N x 3,) the moments at the
-    starts; lent (N x 9,) what is added to the compliance by dn, or none. Out, all zero on entry: diagonal (N + 1 x 144,), of the displacements and the forces at a node; below
-    (N x 144,); weights (N + 1 x 12,) the lengths that belong to a node's displacements. A negative eigenvalue belongs to each
-    force whose compliance is positive; the softest piece is that of the largest compliance of bending and twist over h, or 1.
+    starts; lent (N x 9,) what is added to the compliance by dn, or none. Out, all zero on entry: diagonal (N + 1 x 144,), of the
+    displacements and the forces at a node; below (N x 144,); weights (N + 1 x 12,) the lengths that belong to a node's
+    displacements. A negative eigenvalue belongs to each force whose compliance is positive; the softest piece is that of the
+    largest compliance of bending and twist over h, or 1.
     """
     M, S, G = np.zeros(HALF * LINE), np.empty(HALF * 8), np.empty(HALF * HALF)
     work, size = np.empty(SQUARE), np.full(1, HALF)

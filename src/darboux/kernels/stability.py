@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 
 COMPLIANCE = 1e-7  # of stretch, over 1 + the largest dimensionless force
-LONG, SHORT = 4.0, 0.75  # the unit of places, over a piece's length, in which (2) is taken, and how far from 1 it may be
+LONG, SHORT = 4.0, 0.75  # the unit of places in (2), over a piece's length, and how far from 1 it may be
 FOUNDATION = 1e-5  # per length, over what the rod resists and carries: more than Newton's method leaves over on the way
 
 
@@ -92,9 +92,9 @@ def second_variation(
 ) -> tuple[int, float]:
     """Write the matrix of an equilibrium, held by its supports; return how many forces count, and the foundation's stiffness.
 
-    supports as for `sweep`; transfer (n x 144,) of n pieces, which are changed, and nodes (n + 1,), as for `merge`. Out, all zero on
-    entry: diagonal (n + 1 x 144,), below (n x 144,) and weights (n + 1 x 12,) as for `assemble`; sizes (n + 1,) how many rows of
-    each block count.
+    supports as for `sweep`; transfer (n x 144,) of n pieces, which are changed, and nodes (n + 1,), as for `merge`. Out, all zero
+    on entry: diagonal (n + 1 x 144,), below (n x 144,) and weights (n + 1 x 12,) as for `assemble`; sizes (n + 1,) how many rows
+    of each block count.
     """
     pieces, y, x = sizes.size - 1, system.y, np.empty(sizes.size)
     starts, force, moment = np.empty(3 * pieces), 0.0, 0.0

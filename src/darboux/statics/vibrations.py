@@ -271,7 +271,9 @@ def extrapolated(coarse: Found, fine: Found, gain: float, of_pairs: bool) -> tup
     near[(apart > APART) & (near**2 < SAME)] = 0.0
     known = (np.sum(near**2, axis=0) > SAME) & (fine.values != 0.0)
     values, shapes = fine.values.copy(), fine.shapes.copy()
-    _, group = connected_components(np.block([[np.zeros((len(near),) * 2), near], [near.T, np.zeros((len(known),) * 2)]]))
+    _, group = connected_components(
+        np.block([[np.zeros((len(near),) * 2), near], [near.T, np.zeros((len(known),) * 2)]])
+    )
     for one in np.unique(group[len(near) :][known]):  # each by itself, or a soft mode is rounded by the stiff ones
         rows = np.flatnonzero(group[: len(near)] == one)
         own = np.flatnonzero((group[len(near) :] == one) & known)
