@@ -144,7 +144,7 @@ def test_the_index_on_both_sides_of_eulers_columns(name: str) -> None:
     supports, P = COLUMNS[name]
     for share, index in ((0.998, 0), (1.002, 1)):
         column = dx.solve(
-            dx.Equilibrium(FLAT, **supports, loads=[dx.EndForce((0, 0, -share * P))]), dx.DiscreteRod(100)
+            dx.Equilibrium(FLAT, **supports, loads=[dx.EndForce((0, 0, -share * P))]), dx.DiscreteRod(100, stable=False)
         )
         assert column.index == index
         assert ("unstable" in column.status.message) == (index > 0)
@@ -174,7 +174,7 @@ def test_the_index_on_both_sides_of_eulers_columns(name: str) -> None:
     ids=["heavy column", "twist", "lateral-torsional"],
 )
 def test_the_index_on_both_sides(problem: object, after: int) -> None:
-    assert [dx.solve(problem(share), dx.DiscreteRod(200)).index for share in (0.998, 1.002)] == [0, after]
+    assert [dx.solve(problem(share), dx.DiscreteRod(200, stable=False)).index for share in (0.998, 1.002)] == [0, after]
 
 
 def test_a_hanging_helix_from_cold() -> None:
@@ -183,7 +183,7 @@ def test_a_hanging_helix_from_cold() -> None:
     rod = dx.Rod(0.5, dx.Circle(1e-3), dx.Material(E=1e7, nu=0.5, density=1100), natural=helix)
     half_a_turn = np.diag([-1.0, -1.0, 1.0])
     clamp = dx.Clamped(frame=half_a_turn @ helix.frame(axis=(0, 0, -1)))
-    solution = dx.solve(dx.Equilibrium(rod, start=clamp, loads=[dx.Gravity()]), dx.DiscreteRod(400))
+    solution = dx.solve(dx.Equilibrium(rod, start=clamp, loads=[dx.Gravity()]), dx.DiscreteRod(400, stable=False))
     reference = (-0.0057314858801, 0.0094571603323, -0.276898936118)
     assert np.linalg.norm(solution.tip - reference) < 2e-3 * 0.5
     assert solution.statistics["newton_iterations"] < 50
@@ -256,7 +256,7 @@ def test_modes_of_a_beam_on_two_supports() -> None:
 def test_a_rod_falls_from_an_unstable_equilibrium(supports: dict[str, object]) -> None:
     """Down to the elastica that Collocation takes past the bifurcation."""
     problem = dx.Equilibrium(FLAT, **supports, loads=[dx.EndForce((0, 0, -1.2 * (PI2 if supports else PI2 / 4.0)))])
-    column, fallen = (dx.solve(problem, dx.DiscreteRod(100, descend=descend)) for descend in (False, True))
+    column, fallen = (dx.solve(problem, dx.DiscreteRod(100, stable=stable)) for stable in (False, True))
     assert column.index == 1
     assert fallen.stable
     assert "fell" in fallen.status.message
@@ -284,7 +284,7 @@ FALLING = {
 def test_meshes_fall_to_one_side_and_are_extrapolated_there(name: str) -> None:
     """By distances that neither side nor plane changes, of the answer of Collocation."""
     problem = FALLING[name]
-    found, wanted = dx.solve(problem, dx.DiscreteRod(50, descend=True, extrapolate=True)), dx.solve(problem)
+    found, wanted = dx.solve(problem, dx.DiscreteRod(50, extrapolate=True)), dx.solve(problem)
     axis = problem.start.R[:, 2]
     for s in (0.25, 0.75, 1.0):
         ours, right = ((x.r(s) @ axis, np.linalg.norm(np.cross(x.r(s), axis))) for x in (found, wanted))

@@ -19,6 +19,10 @@ def test_its_text_still_stands_in_its_file(mutant) -> None:
 
 def test_every_kernel_has_mutants() -> None:
     paths = (ROOT / "src/darboux/kernels").glob("*.py")
-    kernels = {f"kernels/{path.name}" for path in paths if re.search("^@(jit|allocating|inline)$", path.read_text(), re.MULTILINE)}
+    kernels = {
+        f"kernels/{path.name}"
+        for path in paths
+        if re.search("^@(jit|allocating|inline)$", path.read_text(), re.MULTILINE)
+    }
     assert kernels <= {mutant.file for mutant in MUTANTS}
     assert len(MUTANTS) >= 20

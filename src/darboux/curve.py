@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 Side = Literal["before", "behind"]
 
 MOST_NODES = 4  # of an interpolant: order 8
+AT_ONCE = 2048  # places, for each takes 5 KB while it is interpolated
 GAUSS = 5  # points on an interval: of order 10, so that the interpolation between nodes sets the error, not the sum
 
 
@@ -47,12 +48,14 @@ class Curve:
         lowest, highest = lowest[i], highest[i]
         count = np.minimum(highest - lowest + 1, MOST_NODES)
         first = np.clip(i - 1, lowest, highest - count + 1)
-        y, dy = np.ascontiguousarray(self.y[:, part]), np.ascontiguousarray(self.dy[:, part])
+        y, dy = self.y[:, part], self.dy[:, part]
         result = np.empty((len(s), y.shape[1]))
-        if len(s) > 0:
-            from darboux.kernels.hermite import interpolate  # `import darboux` loads no kernels
-
-            interpolate(self.s, y.ravel(), dy.ravel(), s, first, count, result.ravel())
+        for n in np.unique(count):
+            places = np.flatnonzero(count == n)
+            for j in range(0, len(places), AT_ONCE):
+                here = places[j : j + AT_ONCE]
+                at = first[here, None] + np.arange(n)
+                result[here] = _hermite(s[here], self.s[at], y[at], dy[at])
         return result
 
     def beside(self, s: Array, side: Side) -> Array:
@@ -94,6 +97,25 @@ class Curve:
     def frames(self, s: Array) -> Array:
         """Return R (m, 3, 3) at s (m,)."""
         return frames.matrix_of_quaternion(self(s)[:, 3:7])
+
+
+def _hermite(s: Array, x: Array, y: Array, dy: Array) -> Array:
+    """Return Newton's form of Hermite's interpolant at s (m,): nodes x (m, k), values y and slopes dy (m, k, 13)."""
+    z = np.repeat(x, 2, axis=1)
+    column = np.repeat(y, 2, axis=1)
+    n = z.shape[1]
+    leading = [column[:, 0]]
+    column = np.diff(column, axis=1)
+    column[:, ::2] = dy
+    column[:, 1::2] /= np.diff(x, axis=1)[:, :, None]
+    leading.append(column[:, 0])
+    for k in range(2, n):
+        column = np.diff(column, axis=1) / (z[:, k:] - z[:, :-k])[:, :, None]
+        leading.append(column[:, 0])
+    result = leading[-1]
+    for k in range(n - 2, -1, -1):
+        result = leading[k] + (s - z[:, k])[:, None] * result
+    return result
 
 
 def gauss_points(nodes: Array, count: int = GAUSS) -> tuple[Array, Array]:

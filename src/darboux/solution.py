@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +38,7 @@ ADVICE = {
     "no_convergence": "What was reached is in .solution.",
     "stopped": "What was reached is in .solution.",
 }
+SNAP = 0.25  # of the length: a rod that moves farther where it turns unstable has snapped
 CLOSED = 1e-6  # of the length, or rad: a gap between the ends that is none
 LIKE = 0.5  # of the moments: two meshes' answers that differ by more are no approximations of one equilibrium
 NO_MOMENT = 1e-9  # of EI / L: what rounding leaves of an unbent rod
@@ -59,6 +60,19 @@ class Status:
     def next_in_python(self) -> str:
         """The sentence, and the next step for who reads it in Python."""
         return f"{self.message} {ADVICE.get(self.code, '')}".rstrip()
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happened while the load grew: ``kind`` "bifurcation", "fold" or "snap".
+
+    ``load_factors`` the part of the load before it and behind it, not a number where it is not known; ``jump`` by how far a point
+    of the rod moved in a snap, at most, in m. A bifurcation makes the straight-on branch unstable; a fold ends it.
+    """
+
+    kind: str
+    load_factors: tuple[float, float]
+    jump: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -166,6 +180,19 @@ class EquilibriumSolution:
         if not self.converged:
             raise NotConverged(self.status.next_in_python, self)
         return self
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What the rod met while its load grew, in this order: bifurcations, folds and snaps."""
+        counts, unknown = self.statistics, (float("nan"), float("nan"))
+        own = counts.get("own_load", True)
+        met = [Event("bifurcation", bracket) for bracket in counts.get("crossings", ())]
+        for load_factor, fold, jump in counts.get("falls", ()):
+            met += [Event("fold", (load_factor, load_factor))] if fold else []
+            if fold or jump > SNAP * self.problem.rod.length:
+                met.append(Event("snap", (load_factor, load_factor), jump))
+        met.sort(key=lambda event: event.load_factors[1])
+        return tuple(event if own else replace(event, load_factors=unknown) for event in met)
 
     @property
     def stable(self) -> bool | None:

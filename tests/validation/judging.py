@@ -27,7 +27,7 @@ Read = Callable[[Any], Any]
 
 COLLOCATION, SHOOTING, ELASTICA, DISCRETE = dx.Collocation(), dx.Shooting(), dx.Elastica(), dx.DiscreteRod()
 ALL = (COLLOCATION, SHOOTING, ELASTICA, DISCRETE)
-FALLING = dx.DiscreteRod(descend=True)  # leaves an unstable shape, as `Collocation` does
+FALLING = dx.DiscreteRod()  # leaves an unstable shape, as `Collocation` does
 STABLE_SIDE = (COLLOCATION, FALLING)
 
 ALLOWED = {"Collocation": 1.0, "Shooting": 10.0, "Elastica": 10.0}  # times rtol, which Shooting's counts for each step

@@ -1,6 +1,6 @@
 """Statics: columns past their critical loads, and rods held at both ends.
 
-A straight rod that is held at both ends and pushed leaves its line by itself only with `Collocation`. `DiscreteRod(descend=True)`
+A straight rod that is held at both ends and pushed leaves its line by itself only with `Collocation`. `DiscreteRod()`
 leaves it too, but under a dead load it may fall past the elastica, to the rod that has turned round and is pulled; it is held to
 the clamped column, where there is nothing to fall past.
 """

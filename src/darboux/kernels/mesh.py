@@ -92,10 +92,10 @@ def interpolate(x: Array, y: Array, Y: Array, stages: int, at: Array, out: Array
 def roughness(x: Array, y: Array, Y: Array, stages: int, breaks: Array, out: Array) -> None:
     """Write what the polynomials of each element leave out: h^(stages + 1) times the next derivative, the largest of all states.
 
-    That is taken from the jumps of the highest derivatives at the nodes, but for those at breaks (n,), ascending. Arguments as for
-    `interpolate`; out (elements with a width,).
+    That is taken from the jumps of the highest derivatives at the nodes, but for those at breaks (n,), ascending; of an element
+    between two breaks from the highest derivative itself. Arguments as for `interpolate`; out (elements with a width,).
     """
-    weights, element = _weights_of(stages), 0
+    weights, own, element = _weights_of(stages), np.empty(out.size), 0
     highest, before, unit = np.zeros(STATES), np.zeros(STATES), np.empty(STATES)
     units(y, unit)
     last, next_break = 0.0, 0
@@ -105,13 +105,14 @@ def roughness(x: Array, y: Array, Y: Array, stages: int, breaks: Array, out: Arr
             continue
         while next_break < breaks.size and breaks[next_break] < x[i]:
             next_break += 1
-        jump = 0.0
+        jump = own[element] = 0.0
         for a in range(STATES):
             value = weights[0] * y[i * STATES + a]
             for j in range(stages):
                 value += weights[j + 1] * Y[(i * stages + j) * STATES + a]
             highest[a] = value / (unit[a] * h**stages)
             jump = max(jump, abs(highest[a] - before[a]))
+            own[element] = max(own[element], abs(highest[a]))
             before[a] = highest[a]
         jump /= 0.5 * (h + last)
         out[element] = 0.0
@@ -123,7 +124,8 @@ def roughness(x: Array, y: Array, Y: Array, stages: int, breaks: Array, out: Arr
     element = 0
     for i in range(x.size - 1):
         if x[i + 1] > x[i]:
-            out[element] *= (x[i + 1] - x[i]) ** (stages + 1)
+            h = x[i + 1] - x[i]
+            out[element] = (out[element] if out[element] > 0.0 else own[element] / h) * h ** (stages + 1)
             element += 1
 
 

@@ -184,6 +184,14 @@ def is_taut(problem: Equilibrium) -> bool:
     return not problem.rod.stretch and any(apart > length * (1.0 - TAUT) for length, apart in _held_parts(problem))
 
 
+def is_straight(problem: Equilibrium) -> bool:
+    """Return whether both ends are held as far apart as the rod is long, which does not stretch."""
+    ends = problem.start, problem.end
+    apart = float(np.linalg.norm(np.subtract(*(at.position for at in ends))))
+    held = all(all(at.held_displacement) for at in ends) and not problem.closed
+    return held and not problem.rod.stretch and apart > problem.rod.length * (1.0 - TAUT)
+
+
 def is_pushed(problem: Equilibrium) -> bool:
     """Return whether two supports hold parts of the rod closer than they are long, which it buckles by, rather than hangs."""
     closer = any(apart < length for length, apart in _held_parts(problem))

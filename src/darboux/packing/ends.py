@@ -23,6 +23,7 @@ from darboux.supports import Support
 
 Array = NDArray[np.float64]
 
+ROUNDING = 1e-12  # of the length
 TURN = slice(3, 6)  # the small rotation among the unknowns
 
 
@@ -77,6 +78,11 @@ class EndConditions:
             self.way[kernel.TWIST] = 0.0
         self._posed = np.nan
 
+    def move_as(self, other: EndConditions) -> None:
+        """Let what is prescribed go the way of another's."""
+        self.way[:] = other.way
+        self._posed = np.nan
+
     def numbers(self, load_factor: float) -> Array:
         """Return the numbers for the kernel."""
         if self._posed != load_factor:
@@ -103,6 +109,12 @@ class EndConditions:
     def clamps(self) -> bool:
         """True where all displacements and rotations are prescribed."""
         return bool(np.all(self.held_places) and np.all(self.held_turns))
+
+    @property
+    def moves(self) -> bool:
+        """True where the prescribed place moves with the load factor."""
+        change = self.way[kernel.TO_PLACE : kernel.TO_FRAME] - self.way[: kernel.FROM_FRAME]
+        return bool(np.any(np.abs(self.held_axes @ change) > ROUNDING))
 
     @property
     def grows(self) -> bool:

@@ -111,6 +111,11 @@ class Packing:
         """Whether two supports hold a part of a rod that does not stretch as far apart as it is long."""
         return coefficients.is_taut(self._problem)
 
+    @property
+    def is_straight(self) -> bool:
+        """Whether supports at both ends hold a rod that does not stretch as far apart as it is long: it has one shape."""
+        return coefficients.is_straight(self._problem)
+
     def lent(self, slack: float) -> float:
         """Return the compliance of stretch that the rod is lent on the way: ``slack`` between two supports, or none."""
         return self.table.lent(slack, self._problem) if len(self.supports) > 1 else 0.0

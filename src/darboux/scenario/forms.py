@@ -129,7 +129,7 @@ LOADS = (
     _shape("Buoyancy", "density", density=_of(number, "kg/m^3"), area=_of(number, "m^2"), g=_of(vector, "m/s^2")),
 )
 METHODS = (
-    _shape("Collocation", rtol=PLAIN, stages=COUNT, elements=COUNT),
+    _shape("Collocation", rtol=PLAIN, stages=COUNT, elements=COUNT, stable=YES_OR_NO),
     _shape("Shooting", rtol=PLAIN, pieces=COUNT),
     _shape("Elastica", rtol=PLAIN),
     Shape(
@@ -139,7 +139,7 @@ METHODS = (
             "clamp": (word("half_cell", "two_vertices"), ""),
             "grading": PLAIN,
             "extrapolate": YES_OR_NO,
-            "descend": YES_OR_NO,
+            "stable": YES_OR_NO,
         },
         also=("discrete",),
     ),

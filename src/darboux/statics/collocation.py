@@ -26,10 +26,14 @@ from darboux.statics import first_shape, hanging_chain, limits, load_path
 from darboux.statics.collocation_equations import CAREFUL, QUICK, Equations
 from darboux.statics.collocation_path import buckled, follow
 from darboux.statics.collocation_refinement import refined
+from darboux.statics.descent import farthest, let_go
 from darboux.statics.first_shape import FirstShape
+from darboux.statics.load_path import Fall
 from darboux.statics.mesh import Mesh
 
 ALMOST = 0.99  # of the load: what ends here for want of slack is taut
+LENT = 4.0  # times the strain that is lent, over the load: by how much a bracket of a bifurcation is widened
+SLACKS = 1e-6, 1e-4  # compliances of stretch lent on the way, until the rod buckles by what pushes it together
 MOST_SNAPS = 3
 MOST_TURNED = 500.0  # rad by which moments may turn the rod: more takes too many steps
 FLATTEST = 0.05  # stretch below which a rod counts as compressed to nothing
@@ -46,12 +50,14 @@ class Collocation:
     smooth or piecewise smooth data.
 
     Arguments: ``rtol`` wanted error of the positions over L, and of forces and moments over their largest, 1e-13 to
-    1e-2; ``stages`` 2 to 5; ``elements`` None (adaptive) or how many equal elements are used. Raises ``InvalidInput``.
+    1e-2; ``stages`` 2 to 5; ``elements`` None (adaptive) or how many equal elements are used; ``stable`` False to stay on a
+    branch that turns unstable, where a real rod leaves it. Raises ``InvalidInput``.
     """
 
     rtol: float = 1e-9
     stages: int = 4
     elements: int | None = None
+    stable: bool = True
 
     def __post_init__(self) -> None:
         rtol = checks.positive("collocation.rtol", self.rtol)
@@ -64,12 +70,14 @@ class Collocation:
             )
         elements = self.elements
         elements = None if elements is None else checks.whole("collocation.elements", elements, 1, MOST_ELEMENTS)
-        assign(self, rtol=rtol, stages=stages, elements=elements)
+        stable = checks.flag("collocation.stable", self.stable)
+        assign(self, rtol=rtol, stages=stages, elements=elements, stable=stable)
 
     def __str__(self) -> str:
         parts = [] if self.rtol == 1e-9 else [f"rtol={self.rtol:g}"]
         parts += [] if self.stages == 4 else [f"stages={self.stages}"]
         parts += [] if self.elements is None else [f"elements={self.elements}"]
+        parts += [] if self.stable else ["stable=False"]
         return f"Collocation({', '.join(parts)})"
 
     @property
@@ -122,6 +130,8 @@ class Collocation:
                 "rejected_steps": path.rejected,
                 "newton_iterations": equations.iterations,
                 "crossings": tuple(path.crossings),
+                "own_load": equations.tells_load,
+                "falls": tuple((fall.load_factor, fall.fold, fall.jump) for fall in found.falls),
             },
         )
 
@@ -152,53 +162,92 @@ class Collocation:
 
         It is followed quickly, and once more with care where it does not get to the end, or not to a stable one without a crossing.
         """
-        found = self._with_stages(QUICK.stages, problem, shape, origin)
-        plain = found.status.code == "converged" and not found.path.crossings and not found.path.index
-        if plain and found.equations.index(found.mesh, 1.0) == found.path.index:
-            return found
-        careful = self._with_stages(CAREFUL.stages, problem, shape, origin)
-        careful.equations.iterations += found.equations.iterations
-        return careful
+        quick = self._quickly(Equations(problem, QUICK.stages, shape), origin)
+        if quick is not None:
+            return quick
+        for slack in SLACKS:
+            found = self._carefully(Equations(problem, CAREFUL.stages, shape, slack), origin)
+            # Not stiff enough on the way to buckle, it ends straight between supports that leave it more room.
+            if found.status.code == "converged" or not found.equations.slack or found.equations.packing.is_taut:
+                break
+        return found
 
-    def _with_stages(self, stages: int, problem: Equilibrium, shape: FirstShape | None, origin: str) -> _Found:
-        equations = Equations(problem, stages, shape)
-        if shape is not None and shape.sags:
-            path = load_path.of_cable(follow(equations, equations.unloaded(), unseen=load_path.UNSEEN_TURN_OF_CABLE))
-        else:
-            path = follow(equations, equations.unloaded(), until_unstable=True)
-        if stages == QUICK.stages and (path.load_factor < 1.0 or path.unstable is not None):
-            return _Found(equations, Status("no_convergence", ""), path.state, ErrorEstimate(), path)
+    def _quickly(self, equations: Equations, origin: str) -> _Found | None:
+        """Return a stable answer to which a path leads without a crossing, or None."""
+        path = self._path(equations)
+        if path.load_factor < 1.0 or path.crossings or path.index:
+            return None
+        answer = refined(equations, path.state, self.rtol, self.stages, self.elements)
+        if answer is None or equations.index(answer[0], 1.0) != path.index:
+            return None
+        return _Found(equations, Status(*load_path.ending(path, "Collocation", origin)), *answer, path)
+
+    def _path(self, equations: Equations) -> load_path.Path[Mesh]:
+        """Return the path to its first crossing, but for a cable's."""
+        unloaded = equations.unloaded()
+        if equations.shape is not None and equations.shape.sags:
+            return load_path.of_cable(follow(equations, unloaded, unseen=load_path.UNSEEN_TURN_OF_CABLE))
+        return follow(equations, unloaded, until_unstable=True)
+
+    def _disturbed(
+        self, equations: Equations, path: load_path.Path[Mesh]
+    ) -> tuple[Equations, load_path.Path[Mesh] | None, tuple[Fall, ...]]:
+        """Return the stable side of a bifurcation to which a small load leads, or None, and the falls.
+
+        Where that ends too, the rod is made free of stress in that shape, and followed while its own natural shape comes back.
+        """
+        stable, ended = buckled(equations, path)
+        if stable is not None:
+            stable.crossings[:0] = path.crossings
+            return equations, stable, ()
+        own, before = equations, equations.curve(ended.state, ended.load_factor)
+        for _ in range(MOST_SNAPS):
+            if ended.unstable is not None:
+                break
+            curve, iterations = own.curve(ended.state, ended.load_factor), own.iterations
+            own = Equations(own.problem, CAREFUL.stages, first_shape.given(own.problem, own.scale, curve))
+            own.iterations = iterations
+            after = ended = follow(own, own.unloaded(), until_unstable=True)
+            if after.unstable is not None:
+                beside, ended = buckled(own, after)
+                after = beside or after
+            if after.load_factor == 1.0 and after.index == 0:
+                after.crossings[:] = path.crossings
+                jump = farthest(before, own.curve(after.state, 1.0))
+                return own, after, (Fall(path.load_factor, False, jump),)
+        return equations, None, ()
+
+    def _carefully(self, equations: Equations, origin: str) -> _Found:
+        """Return where the rod ends that leaves its path wherever that turns unstable or ends."""
+        problem, path = equations.problem, self._path(equations)
+        if equations.packing.is_straight and path.unstable is not None:  # what is lent would let it buckle
+            path = follow(equations, equations.unloaded())
+            path.crossings, path.unstable, path.index = [], None, 0
         code, message = load_path.ending(path, "Collocation", origin)
-        if path.unstable is not None and equations.has_potential:
-            a, b = path.crossings[0]
-            leaving = (
-                f"Between {100.0 * a:.4g} % and {100.0 * b:.4g} % of the load the straight-on branch turns unstable, and the rod "
-                "leaves it to the side that a small disturbance gives"
-            )
-            stable, disturbed = buckled(equations, path)
+        if equations.slack > 0.0 and path.unstable is not None:  # what is lent shortens the rod, and so moves the load
+            more = LENT * equations.slack * equations.largest_force(path.unstable[0])
+            path.crossings[0] = path.crossings[0][0] * (1.0 - more), path.crossings[0][1] * (1.0 + more)
+        falls: tuple[Fall, ...] = ()
+        if self.stable and equations.has_potential and (path.unstable is not None or path.load_factor < 1.0):
+            stable, falls = let_go(equations, path)
+            if stable is None and path.unstable is not None:  # no discrete rod falls
+                equations, stable, falls = self._disturbed(equations, path)
             if stable is not None:
-                path, code = stable, "converged"
-                message = f"converged: the stable equilibrium that follows from {origin}. {leaving}."
-            elif (behind := self._behind_a_snap(equations, disturbed)) is not None:
-                fold = f"{100.0 * disturbed.load_factor:.4g} %"
-                equations, path = behind
-                code, message = (
-                    "converged",
-                    (
-                        f"converged: a stable equilibrium behind a snap. {leaving}; that branch ends at a fold, at {fold}, from "
-                        "where the rod was let go. Contact of the rod with itself is left out."
-                    ),
-                )
-            else:  # then at least the unstable branch, and said to be so
-                path = follow(equations, equations.unloaded())
+                code, message = load_path.reached(stable, falls, origin, problem.rod.length, told=equations.tells_load)
+                path = stable
+            elif path.unstable is not None:  # then at least the unstable branch, and said to be so
+                path, falls = follow(equations, equations.unloaded()), ()
                 code, message = load_path.ending(path, "Collocation", origin)
+        elif path.unstable is not None:
+            path = follow(equations, equations.unloaded())
+            code, message = load_path.ending(path, "Collocation", origin)
         mesh = path.state
         if path.load_factor < 1.0:
             if equations.flattest(mesh) < FLATTEST:
                 code, message = "no_convergence", load_path.flattened(path)
             elif equations.slack and not problem.rod.stretch and path.load_factor > ALMOST and code != "folded":
                 code, message = "no_convergence", limits.TAUT
-            return _Found(equations, Status(code, message), mesh, ErrorEstimate(), path)
+            return _Found(equations, Status(code, message), mesh, ErrorEstimate(), path, falls)
         answer = refined(equations, mesh, self.rtol, self.stages, self.elements)
         if answer is None:
             message = (
@@ -206,30 +255,8 @@ class Collocation:
                 "for a larger rtol."
             )
             message = limits.TAUT if equations.packing.is_taut else message
-            return _Found(equations, Status("no_convergence", message), mesh, ErrorEstimate(), path)
-        return _Found(equations, Status(code, message), *answer, path)
-
-    def _behind_a_snap(
-        self, equations: Equations, ended: load_path.Path[Mesh]
-    ) -> tuple[Equations, load_path.Path[Mesh]] | None:
-        """Return a stable equilibrium at full load that is reached from the shape at a fold, where a path ended, or None.
-
-        The rod is made free of stress in that shape, and followed while its own natural shape comes back.
-        """
-        problem = equations.problem
-        for _ in range(MOST_SNAPS):
-            if ended.unstable is not None:
-                return None
-            curve, iterations = equations.curve(ended.state, ended.load_factor), equations.iterations
-            equations = Equations(problem, CAREFUL.stages, first_shape.given(problem, equations.scale, curve))
-            equations.iterations = iterations
-            path = ended = follow(equations, equations.unloaded(), until_unstable=True)
-            if path.unstable is not None:
-                stable, ended = buckled(equations, path)
-                path = stable or path
-            if path.load_factor == 1.0 and path.index == 0:
-                return equations, path
-        return None
+            return _Found(equations, Status("no_convergence", message), mesh, ErrorEstimate(), path, falls)
+        return _Found(equations, Status(code, message), *answer, path, falls)
 
 
 @dataclass(frozen=True)
@@ -241,3 +268,4 @@ class _Found:
     mesh: Mesh
     error: ErrorEstimate
     path: load_path.Path[Mesh]
+    falls: tuple[Fall, ...] = ()

@@ -98,7 +98,9 @@ class Step:
 class Equations:
     """The collocation equations of one problem; with two ``stages`` its path is followed quickly, with more carefully."""
 
-    def __init__(self, problem: Equilibrium, stages: int, shape: FirstShape | None = None) -> None:
+    def __init__(
+        self, problem: Equilibrium, stages: int, shape: FirstShape | None = None, slack: float = SLACK
+    ) -> None:
         self.problem = problem
         self.pace = QUICK if stages == QUICK.stages else CAREFUL._replace(stages=stages)
         self.packing = Packing(problem)
@@ -111,8 +113,9 @@ class Equations:
         self.breaks, self.widths = kinks(problem, self.table if problem.dense else None)
         self.start, self.end = self.packing.ends
         self.stations = self.packing.stations
+        self.held_between = [conditions for _, conditions in self.stations if conditions.holds]
         self.conditions = [self.start, *(conditions for _, conditions in self.stations), self.end]
-        self.slack = 0.0 if shape is not None and shape.sags else self.packing.lent(SLACK)
+        self.slack = 0.0 if shape is not None and shape.sags else self.packing.lent(slack)
         compliances = np.max(np.abs(self.table.coefficients[:, 0, :K0]), axis=0)
         self.softest, stretch = float(np.max(compliances[:3])), float(np.max(compliances[SINV : SINV + 3]))
         self.rounding = ROUNDING_STRAIN / stretch if stretch > 0.0 else 0.0  # of n: what a rounded place makes of EA
@@ -129,6 +132,11 @@ class Equations:
             relaxing = Table(self.table.breaks, relaxing).on(table.breaks, table.degree).coefficients
         self.is_disturbed = len(loads) > 0
         self.law = Law(table.breaks, *table.law(self.slack, relaxing))
+
+    @property
+    def tells_load(self) -> bool:
+        """Whether a load factor is the problem's own: not where compliance that is lent takes up how far supports move."""
+        return self.slack == 0.0 or not any(conditions.moves for conditions in self.conditions)
 
     # -- the unloaded rod ----------------------------------------------------------------------------------------
 
@@ -286,6 +294,10 @@ class Equations:
             return None
         return mesh, Step.of(work), float(work.kept[kernel.TURNED]), int(work.kept[kernel.STEPS])
 
+    def largest_force(self, mesh: Mesh) -> float:
+        """Return the largest inner force at the nodes."""
+        return float(np.max(np.linalg.norm(mesh.y[:, FORCE:MOMENT], axis=1)))
+
     def flattest(self, mesh: Mesh) -> float:
         """Return the least stretch v3 = 1 + (S^-1 R^T n)_3 at the nodes."""
         return self.table.least_stretch(mesh.x, mesh.y) if self.problem.rod.stretch else 1.0
@@ -305,9 +317,9 @@ class Equations:
         flat = diagonal.ravel(), below.ravel(), weights.ravel(), sizes
         system, transfer = self.system(mesh, load_factor), np.empty(N * FREE * FREE)
         collocation.transfers(system, transfer)
-        nodes = np.append(np.flatnonzero(mesh.wide), len(mesh.x) - 1)
+        pieces = np.append(np.flatnonzero(mesh.wide), len(mesh.x) - 1)
         supports = self.supports(load_factor)
-        of_forces, foundation = stability_kernel.second_variation(system, supports, lend, transfer, nodes, *flat)
+        of_forces, foundation = stability_kernel.second_variation(system, supports, lend, transfer, pieces, *flat)
         places = [0, *(int(i) - k for k, i in enumerate(mesh.joints)), N]  # a joint is one node here
         nodes = [0, *mesh.joints, -1]
         held = {i: c.held(mesh.y[k], load_factor) for i, k, c in zip(places, nodes, self.conditions, strict=True)}
@@ -322,12 +334,16 @@ class Equations:
 
     def mesh_of(self, start: EquilibriumSolution, every: int = 2) -> Mesh:
         """Return a solution of another problem on every second of its nodes, or ``every`` n-th, as a first guess."""
-        nodes = np.unique(start.curve.s)
+        return self.mesh_along(start.curve, every)
+
+    def mesh_along(self, curve: Curve, every: int = 2) -> Mesh:
+        """Return a curve that is near the solution on every second of its nodes, or ``every`` n-th, as a first guess."""
+        nodes = np.unique(curve.s)
         x = nodes[:: every if len(nodes) > 2 * FEWEST_OF_ANSWER else 1] / nodes[-1]
         x = x[np.min(np.abs(x[:, None] - self.breaks), axis=1) > 1e-6] if len(self.breaks) else x
         x = np.unique(np.concatenate([[0.0], x, self.breaks, [1.0]]))
         points = np.concatenate([x, stage_points(x, self.pace.stages).ravel()])
-        y = self.scale.states(start.curve, points)
+        y = self.scale.states(curve, points)
         y[:, ROTATION:FORCE] /= np.linalg.norm(y[:, ROTATION:FORCE], axis=1, keepdims=True)
         mesh = Mesh(x, y[: len(x)], y[len(x) :].reshape(-1, self.pace.stages, STATES))
         return mesh.jointed(np.array([at for at, _ in self.stations]))

@@ -29,9 +29,14 @@ SMALLEST_RELIEF = 1e-3  # of the disturbance that is taken off in a step
 
 
 def follow(
-    equations: Equations, mesh: Mesh, until_unstable: bool = False, *, unseen: float = UNSEEN_TURN
+    equations: Equations,
+    mesh: Mesh,
+    until_unstable: bool = False,
+    *,
+    begin: float = 0.0,
+    unseen: float = UNSEEN_TURN,
 ) -> Path[Mesh]:
-    """Follow the branch from load factor 0, where the mesh holds an equilibrium, to 1 or to where it ends.
+    """Follow the branch from the load factor ``begin``, where the mesh holds an equilibrium, to 1 or to where it ends.
 
     With ``until_unstable`` it is followed to its first crossing at most; ``unseen`` rad are what the corrector may always turn the
     rod by. Raises ``Stopped`` on Ctrl-C.
@@ -43,13 +48,13 @@ def follow(
         *numbers, *equations.pace, equations.rounding, unseen, equations.problem.rod.stretch, equations.has_potential
     )
     room = 4 * len(mesh.x) + 3 * len(equations.breaks)
-    course = _course(room, equations.pace.stages, law.base.size, equations.supports(0.0), shaped)
+    course = _course(room, equations.pace.stages, law.base.size, equations.supports(begin), shaped)
     _write(course.here, mesh)
     course.whole[kernel.HERE] = len(mesh.x) - 1
-    course.real[kernel.LOADED] = np.nan
+    course.real[kernel.LOADED], course.real[kernel.FACTOR] = np.nan, begin
     if shaped:
         course.shaped_here[: mesh.Y.size // STATES * SHAPED] = equations.shaped(mesh)
-    path = Path(mesh, 0.0)
+    path = Path(mesh, begin)
     try:
         while (reason := kernel.follow(rod, course, max(1, TRIES // course.room))) not in (
             kernel.ARRIVED,

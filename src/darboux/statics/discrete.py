@@ -7,7 +7,6 @@ Sources: M. Bergou, M. Wardetzky, S. Robinson, B. Audoly and E. Grinspun, Discre
 
 from __future__ import annotations
 
-import itertools
 import time
 from dataclasses import replace
 from typing import Any
@@ -27,10 +26,6 @@ from darboux.statics.discrete_chain import Chain, nodes_along, nodes_wanted
 from darboux.statics.discrete_modes import LowestModes
 
 CLAMPS = ("half_cell", "two_vertices")
-LARGEST_LOAD = 3e8  # dimensionless
-NARROWEST = (
-    5e-8  # of L, times the root of the segments: an edge whose stiffness EI / (h l^2) has a rounding like the rod's own
-)
 INEXTENSIBLE = 1e-6  # relative stretch that multipliers leave at most
 FLATTEST = 0.05  # an edge shorter than this, over its rest length, is compressed to nothing
 
@@ -47,16 +42,16 @@ class DiscreteRod:
 
     Arguments: ``segments`` N >= 2; ``clamp``; ``extrapolate`` whether the answers of N and 2 N segments (a ring's: 3 N) are
     extrapolated (Richardson), which gives an estimated error too, unless they are different equilibria, as the status then says;
-    ``descend`` whether the rod leaves an unstable
-    equilibrium downhill; ``grading`` the longest segment over the shortest (1: all equal), which shrink smoothly towards
-    the held ends, where boundary layers lie. Raises ``InvalidInput``.
+    ``stable`` False to stay at an equilibrium
+    that is unstable, where a real rod falls to another; ``grading`` the longest segment over the shortest (1: all equal), which
+    shrink smoothly towards the held ends, where boundary layers lie. Raises ``InvalidInput``.
     """
 
     segments: int = 100
     clamp: str = "half_cell"
     grading: float = 1.0
     extrapolate: bool = False
-    descend: bool = False
+    stable: bool = True
 
     def __post_init__(self) -> None:
         grading = checks.positive("discrete_rod.grading", self.grading)
@@ -68,13 +63,14 @@ class DiscreteRod:
             clamp=checks.choice("discrete_rod.clamp", self.clamp, CLAMPS),
             grading=grading,
             extrapolate=checks.flag("discrete_rod.extrapolate", self.extrapolate),
-            descend=checks.flag("discrete_rod.descend", self.descend),
+            stable=checks.flag("discrete_rod.stable", self.stable),
         )
 
     def __str__(self) -> str:
         extra = "" if self.clamp == "half_cell" else f", {self.clamp!r}"
         extra += "" if self.grading == 1.0 else f", grading={self.grading:g}"
-        extra += "".join(f", {name}=True" for name in ("extrapolate", "descend") if getattr(self, name))
+        extra += ", extrapolate=True" if self.extrapolate else ""
+        extra += "" if self.stable else ", stable=False"
         return f"DiscreteRod({self.segments}{extra})"
 
     @property
@@ -88,30 +84,7 @@ class DiscreteRod:
 
     def refuses(self, problem: Equilibrium) -> str | None:
         """Return why this method can't state the problem, or None."""
-        beyond = limits.beyond_nodes(problem, "DiscreteRod") or limits.coupled(problem, "DiscreteRod")
-        if beyond:
-            return beyond
-        if problem.closed and (own := self._refuses_ring(problem)):
-            return own
-        if problem.rod.shear:
-            return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation, or a rod without rod.shear."
-        least = NARROWEST * self.segments**0.5 * problem.rod.length
-        for (a, _), (b, _) in itertools.pairwise([(0.0, None), *problem.between, (problem.rod.length, None)]):
-            if b - a < least:
-                return (
-                    f"a support is {b - a:.3g} m from the next one or an end; DiscreteRod({self.segments}) needs {least:.2g} m "
-                    "between, or rounding hides the rest; use Collocation, or one support for both."
-                )
-        return limits.too_large(problem, "DiscreteRod", LARGEST_LOAD)
-
-    def _refuses_ring(self, problem: Equilibrium) -> str | None:
-        """Return why this method can't state a ring, or None: its segments are equal, and one of them is held."""
-        if problem.rod.stretch or problem.stations:
-            what = "stretches" if problem.rod.stretch else "has a support or a load at a point between its ends"
-            return f"the ring {what}; DiscreteRod states rings that do not, for it holds one segment; use Collocation."
-        if self.grading != 1.0:
-            return "DiscreteRod states a Ring on equal segments; leave out grading."
-        return None
+        return limits.beyond_chain(problem, self.segments, even=self.grading == 1.0)
 
     def solve(self, problem: Equilibrium) -> EquilibriumSolution:
         """Return the equilibrium that follows from the unloaded rod; the status says whether the path got there."""
@@ -138,20 +111,20 @@ class DiscreteRod:
         with np.errstate(all="ignore"):  # a step out of the numbers' range is rejected
             follow = load_path.follow if chain.cable is None else load_path.followed_as_cable
             path = follow(branch, chain.unloaded())
-            shape, fell = path.state, False
+            shape = path.state
             settled = branch.settle(shape) if path.load_factor == 1.0 else shape
             shape = settled or shape
             path.index = branch.index(shape, path.load_factor)
-            if self.descend and path.load_factor == 1.0 and path.index:
-                fallen = branch.fallen(shape)
-                shape, fell = fallen or shape, fallen is not None
-                path.index = 0 if fell else path.index
+            arrived = settled is not None and path.load_factor == 1.0
+            leaves = self.stable and chain.symmetric and path.load_factor > 0.0 and (path.index or not arrived)
+            fallen = branch.fallen(shape, along_mode=arrived) if leaves else None
             origin = pendulum.origin(problem) if chain.cable is None else hanging_chain.ORIGIN
             code, message = load_path.ending(path, "DiscreteRod", origin)
-            if fell:
-                message = (
-                    f"{message} The rod left it along its most unstable direction, and fell to this stable equilibrium."
-                )
+            if fallen is not None:
+                ended = "is unstable" if arrived else f"ends at {100.0 * path.load_factor:.4g} % of the load"
+                code = "converged"
+                message = f"converged: a stable equilibrium, to which the rod fell. The one that follows from {origin} {ended}."
+                shape, settled, path.index, path.load_factor = fallen, fallen, 0, 1.0
             if settled is None:
                 code, message = "no_convergence", "Newton's method did not settle at full load; try fewer segments."
             elif (

@@ -29,7 +29,9 @@ SMALLEST_SHIFT = 1e-2  # of EI / L^3 per length, by which an indefinite Hessian 
 STIRRED = np.array(
     [1.0, 1e-2, 1e-4, 1e-2]
 )  # in x, y, z and about the tangent: the lowest mode has a part of one of them
-MOST_FALLING, INVERSE_ITERATIONS = 500, 30
+MOST_FALLING, MOST_STRETCHING, INVERSE_ITERATIONS = 2000, 300, 30
+STIFF = 1e5  # L^2 / EI times EA, from where on a rod hardly stretches
+NEAR = 1e-4  # rad: a step so short is Newton's own, and what it gains is rounding
 
 
 class ChainBranch:
@@ -165,38 +167,60 @@ class ChainBranch:
         found = self.newton(self.chain.taken_back(shape), 1.0, TOLERANCE)
         return None if found is None else found[0]
 
-    def fallen(self, shape: Shape) -> Shape | None:
-        """Return the stable equilibrium at full load that the energy's descent reaches from an unstable one, or None.
+    def fallen(self, shape: Shape, *, along_mode: bool) -> Shape | None:
+        """Return the stable equilibrium at full load that the energy's descent reaches from a shape, or None.
 
-        The first step goes along the lowest mode, the others are Newton's with a shift that makes the Hessian positive. An
-        inextensible rod that is held twice may stretch meanwhile.
+        From an unstable equilibrium the first step goes along its lowest mode.
+        """
+        shape = self.chain.posed(shape, 1.0)
+        if along_mode:
+            shape = self.chain.moved(shape, self.chain.packed(shape, self._lowest(shape, 1.0)), 1.0)
+        rest = self.rest(shape, 1.0)
+        return rest if rest is None or not self.chain.lent else self.settle(rest) or rest
+
+    def rest(self, shape: Shape, load_factor: float) -> Shape | None:
+        """Return where the rod comes to rest at a load factor, by the descent of its energy from a shape, or None.
+
+        Each step is Newton's with a shift that makes the Hessian positive. A rod that hardly stretches falls as one that does not,
+        for its stiffness makes the valley narrow, and stretches afterwards.
         """
         chain = self.chain
-        first = chain.moved(shape, chain.packed(shape, self._lowest(shape)), 1.0)
+        shape = shape._replace(T=np.zeros_like(shape.T))
+        own = chain.own_EA
+        if own is not None and np.min(own) < STIFF:
+            chain.EA[1:-1] = own
+            return self._fall(shape, load_factor)
+        chain.inextensible, chain.EA[1:-1] = True, chain.penalty
+        rest = self._fall(shape, load_factor)
+        if own is None:
+            return rest or self._fall_stretching(shape, load_factor)
+        chain.inextensible, chain.EA[1:-1] = False, own
+        return self._fall((rest or shape)._replace(T=np.zeros_like(shape.T)), load_factor)
+
+    def _fall_stretching(self, shape: Shape, load_factor: float) -> Shape | None:
+        """Return the same of an inextensible rod that is held twice, by one that stretches less and less; or None."""
+        chain, rest = self.chain, shape
         if not chain.lent or chain.own_EA is not None:
-            return self._fall(first)
+            return None
         chain.inextensible, chain.EA[1:-1] = False, SLACK
-        fallen: Shape | None = first._replace(T=np.zeros_like(shape.T))
-        while fallen is not None:
-            fallen = self._fall(fallen)
-            if chain.EA[1] >= chain.penalty:
-                break
-            chain.EA[1:-1] = np.minimum(10.0 * chain.EA[1:-1], chain.penalty)
+        while (found := self._fall(rest, load_factor, MOST_STRETCHING)) is not None and chain.EA[1] < chain.penalty:
+            rest, chain.EA[1:-1] = found, np.minimum(10.0 * chain.EA[1:-1], chain.penalty)
         chain.EA[1:-1], chain.inextensible = chain.penalty, True
-        return None if fallen is None else self.settle(fallen)
+        return found
 
-    def _fall(self, shape: Shape) -> Shape | None:
-        """Return the stable equilibrium at full load that Newton's shifted steps reach downhill, or None.
+    def _fall(self, shape: Shape, load_factor: float, most: int = MOST_FALLING) -> Shape | None:
+        """Return the stable equilibrium that Newton's shifted steps reach downhill, or None.
 
-        A motion that costs less than the smallest shift is a free one, as that of a round rod's plane: the shift holds it, and
+        At a saddle, as a plane rod meets it that is unstable out of its plane, it is pushed on along the lowest mode. A motion that
+        costs less than the smallest shift is a free one, as that of a round rod's plane: the shift holds it, and
         rounding does not decide on its sign.
         """
-        shift = 0.0
+        shift, still = 0.0, False
         self.chain.settled(shape)
-        for _ in range(MOST_FALLING):
+        for _ in range(most):
             self.iterations += 1
-            energy = self.assemble(shape, 1.0)
-            self.hold(shape, 1.0)
+            energy = self.assemble(shape, load_factor)
+            self.hold(shape, load_factor)
             slope, shift, unshifted = self.gradient.copy(), 0.25 * shift, self.lower.copy()
             shift = shift if shift > SMALLEST_SHIFT else -SMALLEST_SHIFT
             self.lower[:: band.LOWER] += shift / self.chain.edges
@@ -213,24 +237,31 @@ class ChainBranch:
             scale = min(1.0, LARGEST_CORRECTED_TURN / size)
             trial = self.chain.moved(shape, step, scale)
             descent, rounding = float(slope @ own), 1e-13 * abs(energy)
-            while size > 1e-7 and self._energy(trial, shape, 1.0) > energy + 1e-4 * scale * descent + rounding:
+            while size > NEAR and self._energy(trial, shape, load_factor) > energy + 1e-4 * scale * descent + rounding:
                 scale *= 0.5
                 if scale < SHORTEST_LINE:
                     return None
                 trial = self.chain.moved(shape, step, scale)
             shape = trial
             self.chain.settled(shape)
-            if shift <= SMALLEST_SHIFT and size <= TOLERANCE:
+            if size > TOLERANCE:
+                still = False
+            elif shift <= SMALLEST_SHIFT:
                 return shape._replace(unstable=0)
+            elif not still:  # does it take a shift that large?
+                shift, still = 0.0, True
+            else:
+                shape = self.chain.moved(shape, self.chain.packed(shape, self._lowest(shape, load_factor)), 1.0)
+                shift, still = 0.0, False
         return None
 
-    def _lowest(self, shape: Shape) -> Array:
+    def _lowest(self, shape: Shape, load_factor: float) -> Array:
         """Return a step of FIRST_FALL rad along the lowest eigenvector of the Hessian, by inverse iteration.
 
         It begins with displacements that do not depend on the mesh, so that two meshes fall to one side.
         """
-        self.assemble(shape, 1.0)
-        self.hold(shape, 1.0)
+        self.assemble(shape, load_factor)
+        self.hold(shape, load_factor)
         unshifted, shift = self.lower.copy(), SMALLEST_SHIFT
         while self._factor()[0] != 0:
             shift *= 2.0

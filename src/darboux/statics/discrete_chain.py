@@ -126,10 +126,10 @@ class Chain:
     one, and frozen. So every vertex is like the others, and what the ring feels where it is held is nothing.
     """
 
-    def __init__(self, problem: Equilibrium, nodes: Array, two_vertices: bool) -> None:
-        self.problem, self.nodes = problem, nodes
+    def __init__(self, problem: Equilibrium, nodes: Array, two_vertices: bool, start: FirstShape | None = None) -> None:
+        self.problem, self.nodes, self.start = problem, nodes, start
         self.closed = problem.closed
-        self.cable = hanging_chain.hung(problem)
+        self.cable = hanging_chain.hung(problem) if start is None else None
         self.packing = Packing(problem)
         self.scale = self.packing.scale
         self.edges = len(nodes) - 1
@@ -294,22 +294,16 @@ class Chain:
 
     def unloaded(self) -> Shape:
         """Return where the path begins, with every spring at rest: the natural shape, a ring's circle, a cable's sag."""
-        if self.problem.link is not None:
+        if self.start is not None:
+            x, R, twists = self._shaped(self.start)
+        elif self.problem.link is not None:
             x, R, twists = self._circle(self.problem.link)
         elif self.cable is not None:
-            x, R, twists = self._sagging(self.cable)
+            x, R, twists = self._shaped(self.cable)
         else:
             x, R, twists = self._laid()
-        state = State(
-            np.zeros(3 * (self.edges + 3)), np.zeros(3 * (self.edges + 4)), np.zeros(3 * (self.edges + 4)), twists
-        )
-        state.x[3:-3] = x.ravel()
-        state.t[3:-3], state.d1[3:-3] = R[:, :, 2].ravel(), R[:, :, 0].ravel()
-        grooved = [sum(end.conditions.held_places) if end.groove else 0 for end in self.ends]
-        shape = Shape(state, np.zeros(self.edges + 2), tuple(np.zeros(k) for k in grooved))
-        for end, edge in zip(self.ends, (0, -1), strict=True):
-            self._put(state, end, R[edge])
-        placing, given = self.packing.laid()[0], self.closed or self.cable is not None
+        shape = self._shape(x, R, twists)
+        placing, given = self.packing.laid()[0], self.closed or bool(self.cable or self.start)
         for end, k in zip(self.ends, (0, -1), strict=True):
             if end.conditions.holds and (end.conditions is not placing or given):
                 place = x[k] - end.outward * end.overhang * R[k, :, 2]
@@ -321,8 +315,24 @@ class Chain:
                 conditions.grow_from(np.concatenate([x[k - 1], [1.0, 0.0, 0.0, 0.0]]))
         if given:
             self.first = np.empty_like(self.natural)
-            discrete_rod.strains(state, 1, self.edges + 2, self.first)
+            discrete_rod.strains(shape.state, 1, self.edges + 2, self.first)
         return self.posed(shape, 0.0)
+
+    def in_shape(self, shape: FirstShape, load_factor: float) -> Shape:
+        """Return another shape, with what the supports hold where it belongs at a load factor."""
+        return self.posed(self._shape(*self._shaped(shape)), load_factor)
+
+    def _shape(self, x: Array, R: Array, twists: Array) -> Shape:
+        """Return the shape of vertices, frames and twists, without tensions."""
+        state = State(
+            np.zeros(3 * (self.edges + 3)), np.zeros(3 * (self.edges + 4)), np.zeros(3 * (self.edges + 4)), twists
+        )
+        state.x[3:-3] = x.ravel()
+        state.t[3:-3], state.d1[3:-3] = R[:, :, 2].ravel(), R[:, :, 0].ravel()
+        grooved = [sum(end.conditions.held_places) if end.groove else 0 for end in self.ends]
+        for end, edge in zip(self.ends, (0, -1), strict=True):
+            self._put(state, end, R[edge])
+        return Shape(state, np.zeros(self.edges + 2), tuple(np.zeros(k) for k in grooved))
 
     def _laid(self) -> tuple[Array, Array, Array]:
         """Return vertices, frames and twists of the natural shape, laid against the support that holds it."""
@@ -368,7 +378,7 @@ class Chain:
         x = first.r + self._joined(R) - 0.5 * self.l[1] * R0[:, 2]
         return x, R, np.concatenate([[0.0], np.diff(own[:, 2]), [0.0]])
 
-    def _sagging(self, shape: FirstShape) -> tuple[Array, Array, Array]:
+    def _shaped(self, shape: FirstShape) -> tuple[Array, Array, Array]:
         """Return vertices, frames and twists of a given shape, at the middles of the edges and at both ends."""
         middles = 0.5 * (self.nodes[:-1] + self.nodes[1:])
         places, q = shape.states(np.concatenate([[0.0], middles, [1.0]]))

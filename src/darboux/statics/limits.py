@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +23,9 @@ TAUT = (
     "tension is not determined, and grows without bound under a load across. Move the supports closer, or set rod.stretch."
 )
 MOST_WOUND = 2e4  # rad
+LARGEST_LOAD = 3e8  # dimensionless, of a discrete rod
+# Of L, times the root of the segments: an edge whose stiffness EI / (h l^2) has a rounding like the rod's own.
+NARROWEST = 5e-8
 SAME = 1e-12  # relative: two places or directions are one
 
 
@@ -146,6 +151,28 @@ def too_many_turns(problem: Equilibrium, method: str, most: float) -> str | None
 def turns(support: Support) -> bool:
     """Return whether a support turns with the section, or holds it from turning, as a vertex, which has no frame, can't."""
     return any(support.held_rotation) or support.rotational is not None or support.sliding == "section"
+
+
+def beyond_chain(problem: Equilibrium, segments: int, *, even: bool) -> str | None:
+    """Return why a discrete rod of so many segments, ``even`` ones or not, can't state a problem, or None."""
+    beyond = beyond_nodes(problem, "DiscreteRod") or coupled(problem, "DiscreteRod")
+    if beyond:
+        return beyond
+    if problem.closed and (problem.rod.stretch or problem.stations):
+        what = "stretches" if problem.rod.stretch else "has a support or a load at a point between its ends"
+        return f"the ring {what}; DiscreteRod states rings that do not, for it holds one segment; use Collocation."
+    if problem.closed and not even:
+        return "DiscreteRod states a Ring on equal segments; leave out grading."
+    if problem.rod.shear:
+        return "DiscreteRod states rods that do not shear, but rod.shear is True; use Collocation, or a rod without rod.shear."
+    least = NARROWEST * segments**0.5 * problem.rod.length
+    for (a, _), (b, _) in pairwise([(0.0, None), *problem.between, (problem.rod.length, None)]):
+        if b - a < least:
+            return (
+                f"a support is {b - a:.3g} m from the next one or an end; DiscreteRod({segments}) needs {least:.2g} m "
+                "between, or rounding hides the rest; use Collocation, or one support for both."
+            )
+    return too_large(problem, "DiscreteRod", LARGEST_LOAD)
 
 
 def beyond_nodes(problem: Equilibrium, method: str) -> str | None:

@@ -13,6 +13,7 @@ Source: E. L. Allgower and K. Georg, Introduction to Numerical Continuation Meth
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from threading import Event
@@ -34,6 +35,7 @@ from darboux.kernels.step_control import (
     REJECTED,
     SMALLEST_STEP,
 )
+from darboux.solution import SNAP
 
 Array = NDArray[np.float64]
 State = TypeVar("State")
@@ -90,6 +92,15 @@ class Path(Generic[State]):
     index: int | None = None  # the unstable directions of the last equilibrium, where they are counted
     unstable: tuple[State, float] | None = None  # the state and the load factor behind the first crossing
     slope: float = 0.0  # rad per unit of load factor, of the last tangent: without bound at a fold
+
+
+@dataclass(frozen=True)
+class Fall:
+    """Where a rod left its path down in energy: at a fold, or where it turned unstable, and how far it moved at most in m."""
+
+    load_factor: float
+    fold: bool
+    jump: float
 
 
 STOP: ContextVar[Event | None] = ContextVar("stop", default=None)  # set where all threads of a call are to stop
@@ -229,6 +240,26 @@ def ending(path: Path[State], method: str, origin: str = "the unloaded rod") -> 
         f"the equilibrium that follows from {origin} ends at {percent} of the load: beyond a fold the rod snaps to "
         "another shape."
     )
+
+
+def reached(path: Path[State], falls: Sequence[Fall], origin: str, length: float, *, told: bool) -> tuple[str, str]:
+    """Return the status code and the sentences for a stable equilibrium that was reached past bifurcations and snaps.
+
+    The part of the load is ``told`` only where it is the problem's own.
+    """
+    message = f"converged: the stable equilibrium that follows from {origin}."
+    if path.crossings:
+        a, b = path.crossings[0]
+        where = f"Between {100.0 * a:.4g} % and {100.0 * b:.4g} % of the load" if told else "On the way"
+        leaves = "the rod leaves it to the side that a small disturbance gives"
+        message += f" {where} the straight-on branch turns unstable, and {leaves}."
+    for fall in falls:
+        if fall.fold or fall.jump > SNAP * length:
+            where = f"At {100.0 * fall.load_factor:.4g} % of the load" if told else "On the way"
+            message += (
+                f" {where} it snaps, and moves by up to {fall.jump:.3g} m; contact of the rod with itself is left out."
+            )
+    return "converged", message
 
 
 def stopped(path: Path[Any]) -> str:
