@@ -60,10 +60,9 @@ def drawn(seed: int) -> dx.Equilibrium:
 def defect(found: dx.EquilibriumSolution) -> float:
     """The largest defect of the equations over all intervals between stations."""
     problem, worst = found.problem, 0.0
-    L = problem.rod.length
-    places = [0.0, *problem.stations, L]
+    places = [0.0, *problem.stations, problem.rod.length]
     for a, b in itertools.pairwise(places):
-        s = np.linspace(a, b, 33)
+        s = np.unique(np.concatenate([np.linspace(a, b, 9), found.s[(found.s > a) & (found.s < b)]]))  # where layers are
         y = np.concatenate([found.r(s), found.n(s, side="behind"), found.m(s, side="behind")], axis=1)
         y[-1, 3:] = np.concatenate([found.n(b, side="before"), found.m(b, side="before")])
         worst = max(worst, _over(found, s, y))

@@ -193,3 +193,22 @@ def test_what_is_no_cable_begins_as_it_did() -> None:
         dx.Equilibrium(steel, dx.Pinned(), dx.Pinned((25, 0, 0)), [WEIGHT, dx.Foundation(1.0)]),
     ):
         assert hanging_chain.hung(problem) is None
+
+
+@pytest.mark.parametrize("EI", [1e-3, 1e-2, 1.0, 50.0])
+@pytest.mark.parametrize("end", [(0, 0, 0), (0, 0, 3.0), (1e-4, 0, -9.0), (0.01, 0, 0)])
+def test_ends_in_one_place_or_above_one_another(EI: float, end: tuple[float, float, float]) -> None:
+    """A cable of length 10 and weight 10 hangs in a loop, whose width bending sets; no horizontal force holds it together.
+
+    As a chain it hangs straight down from both ends: the lower end carries half the weight less half the height's.
+    """
+    rod = dx.Rod(10.0, dx.Stiffness(EI1=EI, GJ=EI))
+    found = dx.solve(dx.Equilibrium(rod, dx.Pinned(), dx.Pinned(end), [dx.LineForce((0, 0, -1.0))]))
+    assert found.index == 0
+    start, other = found.reactions.start.force, found.reactions.end.force
+    assert start[2] + other[2] == pytest.approx(10.0, abs=1e-7)
+    if EI < 0.1:
+        loop = (EI / 1.0) ** (1 / 3)  # m
+        assert other[2] == pytest.approx(5.0 + 0.5 * end[2], abs=2.0 * loop)
+        lowest = float(np.min(found.r(np.linspace(0.0, 10.0, 2001))[:, 2]))
+        assert lowest == pytest.approx(-5.0 + 0.5 * end[2] if end[2] > -9.0 else -9.5, abs=2.0 * loop)

@@ -35,6 +35,7 @@ MOST_ITERATIONS = 200
 BOW, MOST_TURNS, SETTLED = 0.2, 60, 1e-3  # of the length: the bow, the turns taken, and the change that is left
 ON_AXIS = 1e-9  # of the length: a first support closer to the axis of such a load than this lies on it
 SHORTEST_LINE = 2.0**-30
+FOLDED = 1e-6  # of e: a force below it has no direction
 
 
 def hung(problem: Equilibrium) -> FirstShape | None:
@@ -95,6 +96,17 @@ def _spans(c: Array, x: Array, first: Array, chords: Array) -> tuple[Array, floa
     return t, heavy
 
 
+def _opened(n: Array, f: Array, chord: Array, e: float) -> Array:
+    """Return the forces n (m, 3), but to a side where there is none, at the fold of a chain that turns back on itself."""
+    folded = np.linalg.norm(n, axis=1) < FOLDED * e
+    if not np.any(folded):
+        return n
+    down = np.mean(f, axis=0)
+    across = [a - (a @ down) / (down @ down) * down for a in (chord, *np.eye(3))]
+    side = next(a for a in across if np.linalg.norm(a) > ON_AXIS)
+    return np.where(folded[:, None], e * side / np.linalg.norm(side), n)
+
+
 def _tangents(x: Array, f: Array, chord: Array, a: Array, e: float) -> Array | None:
     """Return the unit tangents (n, 3) at x (n,) of a span under f (n, 3), by Newton's method on the convex phi."""
     h = x[1] - x[0]
@@ -115,7 +127,8 @@ def _tangents(x: Array, f: Array, chord: Array, a: Array, e: float) -> Array | N
     value, slope, bend, t = phi(n0)
     for _ in range(MOST_ITERATIONS):
         if np.max(np.abs(slope)) < 1e-10:
-            return np.asarray(t / np.linalg.norm(t, axis=1)[:, None])
+            n = _opened(n0 - applied, f, chord, e)
+            return np.asarray(n / np.linalg.norm(n, axis=1)[:, None])
         step = np.linalg.solve(bend, -slope)
         part, descent = 1.0, float(slope @ step)
         while part > SHORTEST_LINE:
