@@ -62,7 +62,9 @@ def defect(found: dx.EquilibriumSolution) -> float:
     problem, worst = found.problem, 0.0
     places = [0.0, *problem.stations, problem.rod.length]
     for a, b in itertools.pairwise(places):
-        s = np.unique(np.concatenate([np.linspace(a, b, 9), found.s[(found.s > a) & (found.s < b)]]))  # where layers are
+        s = np.unique(
+            np.concatenate([np.linspace(a, b, 9), found.s[(found.s > a) & (found.s < b)]])
+        )  # where layers are
         y = np.concatenate([found.r(s), found.n(s, side="behind"), found.m(s, side="behind")], axis=1)
         y[-1, 3:] = np.concatenate([found.n(b, side="before"), found.m(b, side="before")])
         worst = max(worst, _over(found, s, y))

@@ -132,7 +132,7 @@ def test_a_straight_rod_between_clamps_stays_so() -> None:
     assert "branch" not in found.status.message
 
 
-@pytest.mark.parametrize("segments", [100, 350])
+@pytest.mark.parametrize("segments", [100, 350, 1000])
 def test_a_slack_chain_of_many_segments_comes_to_rest(segments: int) -> None:
     """B8: H = 0.0948967, sag 0.3906876."""
     rod = dx.Rod(1.0, dx.Stiffness(EI1=1e-3, GJ=1e-3))
@@ -141,3 +141,12 @@ def test_a_slack_chain_of_many_segments_comes_to_rest(segments: int) -> None:
     assert found.index == 0
     assert found.reactions.end.force[0] == pytest.approx(0.0948967, rel=5e-4)
     assert -found.r(0.5)[2] == pytest.approx(0.3906876, rel=1e-4)
+
+
+def test_a_hundred_thousand_segments() -> None:
+    """B8: the README's first rod, against Collocation."""
+    rubber = dx.Material(E=1e6, nu=0.5, density=1e3)
+    rod = dx.Rod(length=0.25, section=dx.Circle(radius=1e-3), material=rubber)
+    hanging = dx.Equilibrium(rod, dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Gravity()])
+    found = dx.solve(hanging, dx.DiscreteRod(100_000))
+    np.testing.assert_allclose(found.tip, dx.solve(hanging).tip, atol=1e-7)

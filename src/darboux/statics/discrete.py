@@ -22,10 +22,12 @@ from darboux.problem import Equilibrium
 from darboux.solution import EquilibriumSolution, ErrorEstimate, Status, same_branch
 from darboux.statics import discrete_fields, hanging_chain, limits, load_path
 from darboux.statics.discrete_branch import ChainBranch
-from darboux.statics.discrete_chain import Chain, nodes_along, nodes_wanted
+from darboux.statics.discrete_chain import Chain, Shape, nodes_along, nodes_wanted
 from darboux.statics.discrete_modes import LowestModes
+from darboux.statics.first_shape import given
 
 CLAMPS = ("half_cell", "two_vertices")
+FEWEST = 100  # segments, from which on fewer may serve as a start
 INEXTENSIBLE = 1e-6  # relative stretch that multipliers leave at most
 FLATTEST = 0.05  # an edge shorter than this, over its rest length, is compressed to nothing
 
@@ -118,6 +120,8 @@ class DiscreteRod:
             arrived = settled is not None and path.load_factor == 1.0
             leaves = self.stable and chain.symmetric and path.load_factor > 0.0 and (path.index or not arrived)
             fallen = branch.fallen(shape, along_mode=arrived) if leaves else None
+            if leaves and fallen is None and not arrived:
+                fallen = self._from_fewer(branch)
             origin = pendulum.origin(problem) if chain.cable is None else hanging_chain.ORIGIN
             code, message = load_path.ending(path, "DiscreteRod", origin)
             if fallen is not None:
@@ -154,6 +158,17 @@ class DiscreteRod:
                 "crossings": tuple(path.crossings),
             },
         )
+
+    def _from_fewer(self, branch: ChainBranch) -> Shape | None:
+        """Return the equilibrium next to that of a quarter of the segments, which turn less often on the way; or None."""
+        chain = branch.chain
+        if chain.edges < FEWEST:
+            return None
+        coarse = replace(self, segments=chain.edges // 4, extrapolate=False)._solved(chain.problem, 1)
+        if not coarse.converged or coarse.index:
+            return None
+        rest = branch.rest(chain.in_shape(given(chain.problem, chain.scale, coarse.curve), 1.0), 1.0)
+        return rest if rest is None or not chain.lent else branch.settle(rest) or rest
 
     def _extrapolated(self, coarse: EquilibriumSolution, fine: EquilibriumSolution, parts: int) -> EquilibriumSolution:
         """Return Richardson's extrapolation at the coarse nodes, with what it changed in the fine answer as its error.

@@ -114,17 +114,17 @@ def _tangents(x: Array, f: Array, chord: Array, a: Array, e: float) -> Array | N
     weights[[0, -1]] *= 0.5
     applied = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * h * (f[1:] + f[:-1]), axis=0)])
 
-    def phi(n0: Array) -> tuple[float, Array, Array, Array]:
-        """Return phi at n0, its slope (3,) and its second derivative (3, 3), and the tangents times less than 1."""
+    def phi(n0: Array) -> tuple[float, Array, Array]:
+        """Return phi at n0, its slope (3,) and its second derivative (3, 3)."""
         n = n0 - applied
         square = np.sum(n**2, axis=1)
         size = np.sqrt(square + e**2)
         t, share = n / size[:, None], weights / size
         bend = (np.sum(share) + weights @ a) * np.eye(3) - np.einsum("n,ni,nj->ij", share, t, t)
-        return float(weights @ (size + 0.5 * a * square) - n0 @ chord), weights @ (t + a[:, None] * n) - chord, bend, t
+        return float(weights @ (size + 0.5 * a * square) - n0 @ chord), weights @ (t + a[:, None] * n) - chord, bend
 
     n0 = 0.5 * applied[-1] + chord / (x[-1] - x[0]) * np.linalg.norm(applied[-1])
-    value, slope, bend, t = phi(n0)
+    value, slope, bend = phi(n0)
     for _ in range(MOST_ITERATIONS):
         if np.max(np.abs(slope)) < 1e-10:
             n = _opened(n0 - applied, f, chord, e)
@@ -137,5 +137,5 @@ def _tangents(x: Array, f: Array, chord: Array, a: Array, e: float) -> Array | N
                 break
             part *= 0.5
         n0 = n0 + part * step
-        value, slope, bend, t = trial
+        value, slope, bend = trial
     return None
