@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
 import darboux as dx
 from darboux.statics import hanging_chain
@@ -212,3 +212,42 @@ def test_ends_in_one_place_or_above_one_another(EI: float, end: tuple[float, flo
         assert other[2] == pytest.approx(5.0 + 0.5 * end[2], abs=2.0 * loop)
         lowest = float(np.min(found.r(np.linspace(0.0, 10.0, 2001))[:, 2]))
         assert lowest == pytest.approx(-5.0 + 0.5 * end[2] if end[2] > -9.0 else -9.5, abs=2.0 * loop)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_mass_hangs_from_a_cable_in_the_wind(seed: int) -> None:
+    """Forces and moments balance; the chain that carries the mass too gives the pull at the ends, but for what bends."""
+    rng = np.random.default_rng(seed)
+    L, w = 30.0, float(10.0 ** rng.uniform(0.5, 3.0))
+    span, at = L / (1.0 + float(10.0 ** rng.uniform(-3.0, -0.3))), float(rng.uniform(0.2, 0.8)) * L
+    mass, wind = w * L * float(rng.uniform(0.1, 2.0)), w * float(rng.uniform(0.0, 1.0))
+    loads = [dx.LineForce((0, wind, -w)), dx.PointForce((0, 0, -mass), at=at)]
+    found = dx.solve(
+        dx.Equilibrium(dx.Rod(L, dx.Stiffness(EI1=1.0, GJ=1.0)), dx.Pinned(), dx.Pinned((span, 0, 0)), loads)
+    )
+    assert found.index == 0
+
+    def off(n0: np.ndarray) -> np.ndarray:
+        """Where the chain ends that pulls at its start with n0, less where it should."""
+        s = np.concatenate([np.linspace(0.0, at, 4001), np.linspace(at, L, 4001)])
+        n = n0 + np.outer(s, (0.0, -wind, w)) + np.where(np.arange(len(s)) > 4000, mass, 0.0)[:, None] * (0, 0, 1)
+        return np.trapezoid(n / np.linalg.norm(n, axis=1)[:, None], s, axis=0) - (span, 0, 0)
+
+    ours = np.array(found.n(0.0))
+    chain = root(off, ours, tol=1e-12).x
+    bends = (
+        np.sqrt(1.0 / np.linalg.norm(chain)) / L
+    )  # over the length: where a direction dies away at a pin or the mass
+    assert np.linalg.norm(ours - chain) < 5.0 * bends * np.linalg.norm(chain)
+
+
+def test_a_seabed_carries_a_part_of_a_mooring_line() -> None:
+    """B1: H = 97 367.76 N, V = 238 585.13 N at the upper end, by shooting with another integrator."""
+    line = dx.Rod(500.0, dx.Stiffness(EI1=1e6, GJ=1e6))
+
+    def seabed(s: np.ndarray, r: np.ndarray, R: np.ndarray) -> np.ndarray:
+        return np.stack([0.0 * s, 0.0 * s, 1e3 * np.maximum(0.0, -r[:, 2])], axis=1)
+
+    loads = [dx.LineForce((0, 0, -800.0)), dx.LineForce(seabed)]
+    found = dx.solve(dx.Equilibrium(line, dx.Pinned(), dx.Pinned((400.0, 0, 200.0)), loads))
+    np.testing.assert_allclose(found.reactions.end.force, (97_367.76, 0.0, 238_585.13), atol=0.01)

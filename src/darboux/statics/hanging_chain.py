@@ -39,8 +39,11 @@ FOLDED = 1e-6  # of e: a force below it has no direction
 
 
 def hung(problem: Equilibrium) -> FirstShape | None:
-    """Return the shape of the chain that hangs between the rod's supports under its dead loads; None where it is no cable."""
-    if problem.of_shape or problem.closed or not hangs_between_ends(problem):
+    """Return the shape of the chain that hangs between the rod's supports under its dead loads; None where it is no cable.
+
+    Loads that are functions of the shape, such as a seabed's, come on the way.
+    """
+    if problem.closed or not hangs_between_ends(problem):
         return None
     packing = Packing(problem)
     places, supports = np.array([x for x, _ in packing.supports]), [support for _, support in packing.supports]
@@ -49,7 +52,8 @@ def hung(problem: Equilibrium) -> FirstShape | None:
         return None
     x = np.linspace(places[:-1], places[1:], PLACES, axis=1)  # (spans, PLACES)
     first = np.array([support.place for support in supports[:-1]])
-    spans = _spans(packing.columns(x.ravel()).reshape(*x.shape, -1), x, first, chords)
+    points = [(at, station.load.force) for at, station in packing.stations if np.any(station.load.force)]
+    spans = _spans(packing.columns(x.ravel()).reshape(*x.shape, -1), x, first, chords, _lumped(points, x))
     if spans is None:
         return None
     t, heavy = spans
@@ -61,7 +65,17 @@ def hung(problem: Equilibrium) -> FirstShape | None:
     return replace(shape, layers=tuple(np.unique(layers[(layers > 0.0) & (layers < 1.0)])))
 
 
-def _spans(c: Array, x: Array, first: Array, chords: Array) -> tuple[Array, float] | None:
+def _lumped(points: list[tuple[float, Array]], x: Array) -> Array:
+    """Return dead forces at points as loads per length (spans, PLACES, 3) on the nearest of the places x between the supports."""
+    f = np.zeros((*x.shape, 3))
+    for at, force in points:
+        span = min(int(np.searchsorted(x[:, -1], at)), len(x) - 1)
+        place = int(np.clip(np.argmin(np.abs(x[span] - at)), 1, PLACES - 2))
+        f[span, place] += force / (x[span, 1] - x[span, 0])
+    return f
+
+
+def _spans(c: Array, x: Array, first: Array, chords: Array, lumped: Array) -> tuple[Array, float] | None:
     """Return the tangents (spans, PLACES, 3) and the mean load per length; None where it is light, or draws the rod back.
 
     A load that grows with r, as that of a skipping rope, is that of the chain which it makes, found by turns from a bow.
@@ -80,7 +94,7 @@ def _spans(c: Array, x: Array, first: Array, chords: Array) -> tuple[Array, floa
         side = along / size if size > ON_AXIS * values[-1] else axes[:, -1]
         r = r + BOW * np.sin(np.pi * part)[:, :, None] * side
     for _ in range(MOST_TURNS):
-        f = a + np.einsum("spij,spj->spi", C, r)
+        f = a + np.einsum("spij,spj->spi", C, r) + lumped
         heavy = float(np.mean(np.linalg.norm(f, axis=2)))
         if heavy < HEAVY:
             return None
