@@ -104,6 +104,16 @@ def test_a_wrung_rod_loses_two_turns(turns: float) -> None:
     assert lost == pytest.approx(round(lost), abs=1e-6)
 
 
+@pytest.mark.parametrize("link", [0.51, 1.2, 2.2, -0.3])
+@pytest.mark.parametrize("points", [False, True])
+def test_no_turns_are_lost_from_a_start(link: float, *, points: bool) -> None:
+    """A5: from a ring of half a turn, by its frames or by its circle alone, to one of another link that is stable."""
+    start = dx.solve(dx.Ring(ROUND, link=0.5))
+    found = dx.solve(dx.Ring(ROUND, link=link), start=start.r(np.linspace(0.0, 1.0, 65)) if points else start)
+    assert found.index == 0
+    assert found.link == pytest.approx(link, abs=1e-7)
+
+
 def test_curly_hair_hangs() -> None:
     """B3: ten coils by nature, drawn out by their weight; tip by a damped motion with Newton's method behind it."""
     material = dx.Material(E=1.3e6, nu=0.5, density=1200)

@@ -78,6 +78,12 @@ class EndConditions:
             self.way[kernel.TWIST] = 0.0
         self._posed = np.nan
 
+    def turn_by(self, angle: float) -> None:
+        """Let what is prescribed arrive after so many more rad about its own d3; they are of the way from where it grows."""
+        turned = _twisted(self.way[kernel.TO_FRAME : kernel.TWIST], self.way[kernel.TWIST] - angle)
+        self.way[kernel.TO_FRAME : kernel.TWIST], self.way[kernel.TWIST] = turned, angle
+        self._posed = np.nan
+
     def move_as(self, other: EndConditions) -> None:
         """Let what is prescribed go the way of another's."""
         self.way[:] = other.way

@@ -14,6 +14,7 @@ import numpy as np
 
 from darboux import checks
 from darboux.checks import assign, description
+from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.kernels.gauss import FEWEST_STAGES, MOST_STAGES
 from darboux.kernels.path import MOST_ELEMENTS
@@ -35,6 +36,7 @@ ALMOST = 0.99  # of the load: what ends here for want of slack is taut
 LENT = 4.0  # times the strain that is lent, over the load: by how much a bracket of a bifurcation is widened
 SLACKS = 1e-6, 1e-4  # compliances of stretch lent on the way, until the rod buckles by what pushes it together
 MOST_SNAPS = 3
+SAME_LINK = 0.1  # turns: two rings' links that differ by less are one, for others differ by whole turns
 MOST_TURNED = 500.0  # rad by which moments may turn the rod: more takes too many steps
 FLATTEST = 0.05  # stretch below which a rod counts as compressed to nothing
 
@@ -139,7 +141,7 @@ class Collocation:
         """Return the equilibrium that Newton's method reaches from another solution, or None where it does not contract."""
         equations = Equations(problem, self.stages)
         answer = refined(equations, equations.mesh_of(start), self.rtol, self.stages, self.elements, first=True)
-        if answer is None:
+        if answer is None or not _turned_as_asked(problem, equations.curve(answer[0], 1.0), start):
             return None
         path = load_path.Path(answer[0], 1.0, index=equations.index(answer[0], 1.0))
         unstable = load_path.unstable_in(path.index)
@@ -257,6 +259,14 @@ class Collocation:
             message = limits.TAUT if equations.packing.is_taut else message
             return _Found(equations, Status("no_convergence", message), mesh, ErrorEstimate(), path, falls)
         return _Found(equations, Status(code, message), *answer, path, falls)
+
+
+def _turned_as_asked(problem: Equilibrium, curve: Curve, start: EquilibriumSolution) -> bool:
+    """Return whether a ring's link differs from the start's by as much as the links that were asked for."""
+    if problem.link is None or start.problem.link is None:
+        return True
+    found = first_shape.link_of(curve) - first_shape.link_of(start.curve)
+    return abs(found - (problem.link - start.problem.link)) < SAME_LINK
 
 
 @dataclass(frozen=True)

@@ -158,6 +158,8 @@ class Equations:
         for at, conditions in ((0.0, self.start), *self.stations, (1.0, self.end)):
             if conditions.holds and conditions is not support:
                 conditions.grow_from(states[np.searchsorted(points, at)], all_at_once=self.shape is not None)
+        if self.shape is not None and self.shape.link is not None and self.problem.link is not None:
+            self.end.turn_by(frames.turn * (self.problem.link - self.shape.link))
         mesh = self._mesh(x, points, states)
         if straight:
             return mesh

@@ -132,7 +132,7 @@ def _chain(equations: Equations, segments: int) -> Chain:
         nodes = (np.arange(N + 2) - 0.5) / N
     else:
         nodes = nodes_along(N, 1.0, problem.start.holds, problem.end.holds, nodes_wanted(problem, N)[0])
-    chain = Chain(problem, nodes, two_vertices=False, start=None if problem.closed else equations.shape)
+    chain = Chain(problem, nodes, two_vertices=False, start=equations.shape)
     chain.unloaded()
     for own, conditions in zip((end.conditions for end in chain.ends), (equations.start, equations.end), strict=True):
         own.move_as(conditions)

@@ -383,7 +383,10 @@ class Chain:
         middles = 0.5 * (self.nodes[:-1] + self.nodes[1:])
         places, q = shape.states(np.concatenate([[0.0], middles, [1.0]]))
         R = frames.matrix_of_quaternion(q)
-        return places[0] + self._joined(R), R, np.zeros(self.edges + 3)
+        first = places[0] - (
+            0.5 * self.l[1] * R[0, :, 2] if self.closed else 0.0
+        )  # a ring begins in the middle of an edge
+        return first + self._joined(R), R, np.zeros(self.edges + 3)
 
     def _joined(self, R: Array) -> Array:
         """Return the vertices (N + 1, 3) from the origin on of edges at rest with the frames R (N + 2, 3, 3)."""

@@ -7,7 +7,7 @@ curvature and twist, and takes that back while the loads and the supports' poses
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from darboux import checks, frames
 from darboux.curve import Curve
 from darboux.errors import InvalidInput
 from darboux.kernels.rod_equations import BINV, K0
+from darboux.link import writhe_of_polygon
 from darboux.packing.laying import shape_of
 from darboux.packing.problem import Packing
 from darboux.packing.scale import Scale
@@ -26,6 +27,7 @@ from darboux.solution import EquilibriumSolution
 Array = NDArray[np.float64]
 
 SAMPLES = 129  # of a curve that is drawn
+SAMPLES_OF_TWIST = 1024
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,8 @@ class FirstShape:
     """Curvature and twist k L as a function of x = s / L (n,) -> (n, 3), and where the start lies: r (3,), q (4,).
 
     Between its ``knots`` x (m,) k is a polynomial, or smooth where there are none. A cable's shape has ``layers``, places x (n,)
-    near the ends between which they will bend it steeply. It sags, so that its forces are determined.
+    near the ends between which they will bend it steeply. It sags, so that its forces are determined. A ring's shape has a
+    ``link`` in turns.
     """
 
     k: Callable[[Array], Array]
@@ -41,6 +44,7 @@ class FirstShape:
     q: Array
     layers: tuple[float, ...] = ()
     knots: Array = field(default_factory=lambda: np.empty(0))
+    link: float | None = None
 
     @property
     def sags(self) -> bool:
@@ -72,7 +76,7 @@ def circle(ring: Packing, link: float) -> FirstShape:
         angle = phi - frames.turn * link * x
         return frames.turn * np.stack([np.cos(angle), np.sin(angle), np.full_like(x, link)], axis=1)
 
-    return FirstShape(k, ring.start.place, frames.quaternion_of_matrix(ring.start.frame))
+    return FirstShape(k, ring.start.place, frames.quaternion_of_matrix(ring.start.frame), link=link)
 
 
 def of_problem(problem: Equilibrium) -> FirstShape | None:
@@ -81,7 +85,34 @@ def of_problem(problem: Equilibrium) -> FirstShape | None:
 
 
 def given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
-    """Return the shape of a guess: a solution, a curve, or points (n, 3) in m along the rod."""
+    """Return the shape of a guess: a solution, a curve, or points (n, 3) in m along the rod.
+
+    A ring that begins with a ring begins with the link that was asked of that one: then no whole turns are lost, but those in which
+    it passed through itself.
+    """
+    if problem.closed:
+        shape = _given(problem, scale, start)
+        asked = start.problem.link if isinstance(start, EquilibriumSolution) else None
+        return replace(shape, link=_link(shape) if asked is None else asked)
+    return _given(problem, scale, start)
+
+
+def _link(shape: FirstShape) -> float:
+    """Return the link Tw + Wr in turns of a closed shape, as near as whole turns are told apart."""
+    x = (np.arange(SAMPLES_OF_TWIST) + 0.5) / SAMPLES_OF_TWIST
+    places = shape.states(np.linspace(0.0, 1.0, SAMPLES))[0]
+    places[-1] = places[0]
+    return float(np.mean(shape.k(x)[:, 2])) / frames.turn + writhe_of_polygon(places)
+
+
+def link_of(curve: Curve) -> float:
+    """Return the link in turns of a closed curve, from its frames."""
+    s = np.linspace(0.0, float(curve.s[-1]), SAMPLES)
+    y = curve(s)
+    return _link(_of_frames(s / s[-1], np.zeros(3), frames.same_sign(y[:, 3:7])))
+
+
+def _given(problem: Equilibrium, scale: Scale, start: Any) -> FirstShape:
     if isinstance(start, EquilibriumSolution):
         start = start.curve
     if isinstance(start, Curve):
