@@ -5,6 +5,9 @@ Numbers are closed forms, published ones, or those of a damped motion; see each 
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -160,3 +163,14 @@ def test_a_hundred_thousand_segments() -> None:
     hanging = dx.Equilibrium(rod, dx.Clamped(tangent=(1, 0, 0)), loads=[dx.Gravity()])
     found = dx.solve(hanging, dx.DiscreteRod(100_000))
     np.testing.assert_allclose(found.tip, dx.solve(hanging).tip, atol=1e-7)
+
+
+def test_a_rod_that_need_not_fall_loads_nothing_for_it() -> None:
+    """Nor SciPy, which takes as long to load as a hundred solves."""
+    code = """
+import sys
+import darboux as dx
+dx.solve(dx.Equilibrium(dx.Rod(1.0, dx.Stiffness(EI1=1.0, GJ=1.0)), loads=[dx.EndForce((1.0, 0, 0))]))
+assert not {"scipy", "darboux.statics.descent"} & set(sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)

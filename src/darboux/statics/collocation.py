@@ -27,7 +27,6 @@ from darboux.statics import first_shape, hanging_chain, limits, load_path
 from darboux.statics.collocation_equations import CAREFUL, QUICK, Equations
 from darboux.statics.collocation_path import buckled, follow
 from darboux.statics.collocation_refinement import refined
-from darboux.statics.descent import farthest, let_go
 from darboux.statics.first_shape import FirstShape
 from darboux.statics.load_path import Fall
 from darboux.statics.mesh import Mesh
@@ -198,6 +197,8 @@ class Collocation:
 
         Where that ends too, the rod is made free of stress in that shape, and followed while its own natural shape comes back.
         """
+        from darboux.statics.descent import farthest
+
         stable, ended = buckled(equations, path)
         if stable is not None:
             stable.crossings[:0] = path.crossings
@@ -231,6 +232,8 @@ class Collocation:
             path.crossings[0] = path.crossings[0][0] * (1.0 - more), path.crossings[0][1] * (1.0 + more)
         falls: tuple[Fall, ...] = ()
         if self.stable and equations.has_potential and (path.unstable is not None or path.load_factor < 1.0):
+            from darboux.statics.descent import let_go  # slow to load, and seldom needed
+
             stable, falls = let_go(equations, path)
             if stable is None and path.unstable is not None:  # no discrete rod falls
                 equations, stable, falls = self._disturbed(equations, path)
