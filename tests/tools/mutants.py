@@ -209,6 +209,7 @@ MUTANTS = (
     Mutant("kernels/path.py", "part = (new[k] - old[i]) / (old[i + 1] - old[i])", "part = (new[k] - old[i]) / (1.0 - old[i])", LAST_TANGENT),
     Mutant("kernels/path.py", "            i, part = i + 1, 1.0\n", "            i, part = i + 1, 0.0\n", LAST_TANGENT),
     Mutant("kernels/path.py", "rod.unseen, 2 if np.isfinite(real[LAST]) else 1", "rod.unseen, 1 if np.isfinite(real[LAST]) else 2", NEXT_STEP),
+    Mutant("kernels/mesh.py", "else own[element] / h)", "else 0.0)", "kernels/test_mesh.py::test_roughness_is_the_power_of_h_times_the_next_derivative"),
     Mutant("kernels/stability.py", "(1.0 if a == b else 0.0)) / unit", "(1.0 if a == b else 0.0)) * unit", MERGED),
     Mutant("kernels/stability.py", "if not apart < SHORT:", "if not apart < 1e3 * SHORT:", MERGED),
     Mutant("kernels/stability.py", "line, transfer[at + row * BLOCK + k], four(transfer, last + k * BLOCK + j)", "line, transfer[last + row * BLOCK + k], four(transfer, at + k * BLOCK + j)", MERGED),
