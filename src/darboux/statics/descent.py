@@ -29,11 +29,7 @@ SEGMENTS, PER_SPAN, MOST_SEGMENTS = 100, 16, 800
 MOST_FALLS = 40
 PUSH = 0.05  # rad
 BEHIND = 2e-3, 0.01, 0.05, 0.25  # a bifurcation or a fold, over its load factor: where the rod falls
-BEHIND_LENT = (
-    0.01,
-    0.03,
-    0.1,
-)  # the load factor more, where compliance that is lent takes up a part of what buckles the rod
+BEHIND_LENT = 0.01, 0.03, 0.1  # the load factor more, where what is lent takes up a part of what buckles the rod
 PLACES = 101  # along the rod, where it is looked how far it moves
 MOST_ITERATIONS = 20
 TURN = 0.2  # rad by which a segment of the given shape turns

@@ -218,6 +218,7 @@ class ChainBranch:
         shift, still = 0.0, False
         self.chain.settled(shape)
         for _ in range(most):
+            load_path.look()
             self.iterations += 1
             energy = self.assemble(shape, load_factor)
             self.hold(shape, load_factor)
